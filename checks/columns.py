@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..datasets.columns import HEADING, RUDDERS, TURN
-from ..datasets.rudder_sign import steering_side
-from ..datasets.yaw_response import FEWEST
+from ..datasets.yaw_response import FEWEST, steering_side
 from .base import Check, ColumnCheck, Fault, cleaned, exact, scaled, without
 from .integrity.readings import (
     AGREE,

@@ -96,19 +96,13 @@ def track_of(record: Record) -> Track | None:
     if min(plain, mirror) > STEADY:
         return None
     angle = float(np.angle(other if mirrored else same))
-    turn, faster = _slopes(heading[known], course - heading[known], np.log(way[known]))
+    own, turn, faster = heading[known] - np.mean(heading[known]), float("nan"), float("nan")
+    if np.std(own) > SPREAD:  # slopes over the heading; of the course that of its difference from it, and 1
+        off = np.exp(1j * (course - heading[known]))
+        off = np.angle(off * np.conj(np.mean(off)))
+        turn, faster = (float(np.mean(own * x) / np.mean(own**2)) for x in (off, np.log(way[known])))
+        turn += 1.0
     return Track(bool(mirrored), angle, mirror if mirrored else plain, turn, faster)
-
-
-def _slopes(heading: np.ndarray, angle: np.ndarray, speed: np.ndarray) -> tuple[float, float]:
-    """Slopes over the heading (N,) of the course, of which `angle` (N,) is the difference, and of the logarithm of the
-    speed (N,); nan for a straight run."""
-    own = heading - np.mean(heading)
-    if not np.std(own) > SPREAD:
-        return float("nan"), float("nan")
-    off = np.angle(np.exp(1j * angle) * np.conj(np.mean(np.exp(1j * angle))))
-    turn, faster = (float(np.mean(own * values) / np.mean(own**2)) for values in (off, speed))
-    return 1.0 + turn, faster
 
 
 def goes_astern(record: Record, faster_than_m_s: float = 0.0) -> bool:

@@ -58,16 +58,12 @@ UNITS: dict[str, dict[str, float]] = {
 }
 
 
-def _spellings() -> dict[str, dict[str, tuple[str, float]]]:
-    """Quantity (a canonical name without its unit) -> {accepted name: (canonical name, factor)}."""
-    quantities = {}
-    for channel, unit in CANONICAL.items():
-        quantity = channel.removesuffix("_" + next(iter(UNITS[unit])))
-        quantities[quantity] = {f"{quantity}_{suffix}": (channel, factor) for suffix, factor in UNITS[unit].items()}
-    return quantities
-
-
-QUANTITIES = _spellings()
+QUANTITIES: dict[str, dict[str, tuple[str, float]]] = {
+    quantity: {f"{quantity}_{suffix}": (channel, factor) for suffix, factor in UNITS[unit].items()}
+    for channel, unit in CANONICAL.items()
+    for quantity in (channel.removesuffix("_" + next(iter(UNITS[unit]))),)
+}
+"""Quantity (a canonical name without its unit) -> {accepted name: (canonical name, factor)}."""
 ACCEPTED = {name: meaning for spellings in QUANTITIES.values() for name, meaning in spellings.items()}
 
 
@@ -125,22 +121,14 @@ def _why_unknown(name: str, number: int, alone: bool) -> tuple[str, str]:
         unit = name[len(quantity) + 1 :]
         accepted = ", ".join(QUANTITIES[quantity])
         return (f"unknown unit {unit!r}" if unit else "the unit is missing"), f"accepted: {accepted}"
-    return "unknown column", _misspelt(name) or _as_in_a_log(name)
-
-
-def _misspelt(name: str) -> str:
-    """`did you mean X?` for a slip in a name that ends in the same unit, else empty: another quantity is none."""
-    suffixes = [suffix for units in UNITS.values() for suffix in units]
-    own = max((u for u in suffixes if name.lower().endswith(f"_{u.lower()}")), key=len, default="")
-    return near(name, [known for known in ACCEPTED if own and known.endswith(f"_{own}")], cutoff=0.85)
-
-
-def _as_in_a_log(name: str) -> str:
-    """What a name of a raw log stands for, and who reads it."""
     from .importing.headers import read_header
     from .importing.names import named
 
+    # a slip in a name that ends in the same unit: another quantity is none
+    suffixes = [suffix for units in UNITS.values() for suffix in units]
+    own = max((u for u in suffixes if name.lower().endswith(f"_{u.lower()}")), key=len, default="")
+    slip = near(name, [known for known in ACCEPTED if own and known.endswith(f"_{own}")], cutoff=0.85)
     header = read_header(name)
     known = [found for words in (header.words, *(head for head, _ in header.suffixes)) for found in named(words).may_be]
     said = f"{known[0].replace('_', ' ')}? " if known else ""
-    return f"{said}accepted: {', '.join(CANONICAL)}; 'helmbench import' reads raw logs"
+    return "unknown column", slip or f"{said}accepted: {', '.join(CANONICAL)}; 'helmbench import' reads raw logs"

@@ -202,7 +202,15 @@ def wave_motion(model: Model, record: Record, waves: Waves, components: Componen
     travel = waves.from_rad + math.pi
     gamma = travel - record.column("heading_rad")
     turn = -record.column("yaw_rate_rad_s")
-    xi, advance = _along_track(model, record, travel)
+    # place, m, and speed, m/s, (N,) of the ship along the direction that the waves travel
+    if record.has(*TRACK):
+        surge, sway = record.column("surge_m_s"), record.column("sway_m_s")
+        xi = record.column("north_m") * math.cos(travel) + record.column("east_m") * math.sin(travel)
+        advance = surge * np.cos(gamma) + sway * np.sin(gamma)
+    else:  # a response model has no track: its position is computed from its speed (0 if it has none) and its heading
+        advance = (model.speed_m_s if math.isfinite(model.speed_m_s) else 0.0) * np.cos(gamma)
+        step = 0.5 * (advance[1:] + advance[:-1]) * np.diff(record.time_s)
+        xi = np.concatenate([[0.0], np.cumsum(step)])
     size, depth = length(model), draught(model)
     out = np.zeros((6, record.n))
     for omega, amplitude, phase in zip(*components, strict=True):
@@ -239,22 +247,6 @@ def _unit_motion(
             k * (heel_rate * sin_t + heel * cos_t * encounter),
         ]
     )
-
-
-def _along_track(model: Model, record: Record, travel: float) -> tuple[np.ndarray, np.ndarray]:
-    """Place (N,) in m and speed (N,) in m/s of the ship along the direction that the waves travel.
-
-    A response model has no track: its position is computed from its speed (0 if it has none) and its heading.
-    """
-    heading = record.column("heading_rad")
-    if record.has(*TRACK):
-        surge, sway = record.column("surge_m_s"), record.column("sway_m_s")
-        place = record.column("north_m") * math.cos(travel) + record.column("east_m") * math.sin(travel)
-        return place, surge * np.cos(travel - heading) + sway * np.sin(travel - heading)
-    speed = model.speed_m_s if math.isfinite(model.speed_m_s) else 0.0
-    advance = speed * np.cos(travel - heading)
-    step = 0.5 * (advance[1:] + advance[:-1]) * np.diff(record.time_s)
-    return np.concatenate([[0.0], np.cumsum(step)]), advance
 
 
 def moved_channels(record: Record, motion: FirstOrderMotion, travel_rad: float) -> dict[str, np.ndarray]:

@@ -66,8 +66,11 @@ def performed(record: Record) -> RecordedManoeuvre:
     marks = executes(record).tolist()
     if not marks:
         return RecordedManoeuvre("", "the rudder never moves")
-    size, share = _held(record, marks[0])
-    if share < HELD_SHARE:
+    rudder = _commanded(record)[marks[0] + 1 :]
+    sizes = np.abs(rudder[np.isfinite(rudder)])
+    held = sizes >= HELD * sizes.max(initial=0.0)
+    size = float(sizes[held].mean()) if held.any() else 0.0
+    if not held.any() or held.mean() < HELD_SHARE:
         return RecordedManoeuvre("", "the rudder is not held over: neither a zigzag nor a turning circle")
     heading = without_gaps(record.heading_unwrapped())
     if len(marks) == 1:
@@ -81,14 +84,6 @@ def performed(record: Record) -> RecordedManoeuvre:
     if not even or (swings[1:] != -swings[:-1]).any() or not swings.all():
         return RecordedManoeuvre("", "the rudder is not put over at equal heading changes to both sides: not a zigzag")
     return RecordedManoeuvre("zigzag", "", size, float(np.abs(change).mean()), tuple(marks))
-
-
-def _held(record: Record, first: int) -> tuple[float, float]:
-    """Mean size of the held rudder angles, rad, and the share of the samples after the first execute that they take."""
-    rudder = _commanded(record)[first + 1 :]
-    values = np.abs(rudder[np.isfinite(rudder)])
-    held = values >= HELD * values.max(initial=0.0)
-    return (float(values[held].mean()), float(held.mean())) if held.any() else (0.0, 0.0)
 
 
 def without_gaps(values: np.ndarray) -> np.ndarray:
@@ -184,22 +179,12 @@ def initial_turning(record: Record, execute_s: float) -> float:
         (_reach(time[after], side * change[after], INITIAL_TURN) for side in (1.0, -1.0)),
         key=lambda when: when if math.isfinite(when) else math.inf,
     )
-    return _travelled(record, execute_s, reached)
-
-
-def _travelled(record: Record, begin_s: float, end_s: float) -> float:
-    """Distance in m along the track between two times; nan where one of them is.
-
-    Of positions the way is `PIECES` chords: a way from sample to sample grows with the noise of every sample.
-    """
-    time = record.time_s
-    if record.has("north_m", "east_m"):
-        times = np.linspace(begin_s, end_s, PIECES + 1)
+    if record.has("north_m", "east_m"):  # in chords: a way from sample to sample grows with the noise of every sample
+        times = np.linspace(execute_s, reached, PIECES + 1)
         north, east = ([_at(time, record.column(name), when) for when in times] for name in ("north_m", "east_m"))
         return float(np.sum(np.hypot(np.diff(north), np.diff(east))))
-    speed = np.hypot(record.column("surge_m_s"), record.column("sway_m_s"))
-    way = integral(speed, time)
-    return _at(time, way, end_s) - _at(time, way, begin_s)
+    way = integral(np.hypot(record.column("surge_m_s"), record.column("sway_m_s")), time)
+    return _at(time, way, reached) - _at(time, way, execute_s)
 
 
 def turning_indices(record: Record, execute_s: float | None = None) -> dict[str, float]:
@@ -218,9 +203,19 @@ def turning_indices(record: Record, execute_s: float | None = None) -> dict[str,
         execute_s = float(marks[0])
     change = record.heading_unwrapped() - record.heading_unwrapped()[0]
     side = 1.0 if change[-1] >= change[np.searchsorted(time, execute_s)] else -1.0
-    ahead, across = _track(record, execute_s, side)
+    north, east, course = record.column("north_m"), record.column("east_m"), record.heading_unwrapped()[0]
+    dn, de = north - north[0], east - east[0]
+    ahead = dn * math.cos(course) + de * math.sin(course)  # along the approach course, from the execute
+    ahead = ahead - _at(time, ahead, execute_s)
+    across = side * (de * math.cos(course) - dn * math.sin(course))  # off it towards the turn
     t90, t180 = (_reach(time, side * change, angle) for angle in (0.5 * math.pi, math.pi))
     after = time >= execute_s
+    # means over the last 5 % of the record
+    last = slice(max(0, record.n - max(2, math.ceil(STEADY_SHARE * record.n))), None)
+    nan = math.nan
+    rate = abs(float(np.nanmean(record.column("yaw_rate_rad_s")[last]))) if record.has("yaw_rate_rad_s") else nan
+    surge, sway = (record.column(c)[last] if record.has(c) else np.array([nan]) for c in ("surge_m_s", "sway_m_s"))
+    speed = float(np.mean(np.hypot(surge, sway)))
     return {
         "advance": _at(time, ahead, t90),
         "transfer": _at(time, across, t90),
@@ -229,31 +224,12 @@ def turning_indices(record: Record, execute_s: float | None = None) -> dict[str,
         "t180": t180 - execute_s,
         "max_advance": float(np.nanmax(ahead[after])) if math.isfinite(t90) else math.nan,
         "max_transfer": float(np.nanmax(across[after])) if math.isfinite(t180) else math.nan,
-        **_steady(record, side),
-    }
-
-
-def _track(record: Record, execute_s: float, side: float) -> tuple[np.ndarray, np.ndarray]:
-    """Distances (N,) in m along the approach course from the execute, and off it towards the turn."""
-    north, east = record.column("north_m"), record.column("east_m")
-    dn, de, course = north - north[0], east - east[0], record.heading_unwrapped()[0]
-    ahead = dn * math.cos(course) + de * math.sin(course)
-    across = side * (de * math.cos(course) - dn * math.sin(course))
-    return ahead - _at(record.time_s, ahead, execute_s), across
-
-
-def _steady(record: Record, side: float) -> dict[str, float]:
-    """Means over the last 5 % of the record."""
-    last = slice(max(0, record.n - max(2, math.ceil(STEADY_SHARE * record.n))), None)
-    nan = math.nan
-    rate = abs(float(np.nanmean(record.column("yaw_rate_rad_s")[last]))) if record.has("yaw_rate_rad_s") else nan
-    surge, sway = (record.column(c)[last] if record.has(c) else np.array([nan]) for c in ("surge_m_s", "sway_m_s"))
-    speed = float(np.mean(np.hypot(surge, sway)))
-    return {
-        "steady_radius": speed / rate if rate > 0.0 else nan,
-        "steady_speed": speed,
-        "steady_yaw_rate": rate,
-        "drift_angle": float(np.mean(np.arctan2(-side * sway, surge))),
+        **{
+            "steady_radius": speed / rate if rate > 0.0 else nan,
+            "steady_speed": speed,
+            "steady_yaw_rate": rate,
+            "drift_angle": float(np.mean(np.arctan2(-side * sway, surge))),
+        },
     }
 
 
@@ -286,7 +262,17 @@ def indices(names: Sequence[str], time_s: np.ndarray, channels: Mapping[str, np.
         angles = overshoots_of_many(channels["rudder_command_rad"], channels["heading_rad"], len(OVERSHOOTS))
         found = dict(zip(OVERSHOOTS, angles, strict=True))
     others = [name for name in names if name not in OVERSHOOTS]
-    found |= _of_runs(others, time_s, channels) if others else {}
+    found |= {name: np.full(len(channels["rudder_rad"]), np.nan) for name in others}
+    moved = np.flatnonzero(np.abs(channels["rudder_rad"]).max(axis=1) > 0.0).tolist() if others else []
+    for i in moved:  # found run by run, of turning circles and initial turning
+        run = {name: values[i] for name, values in channels.items()}
+        if np.isfinite(run["heading_rad"]).all():
+            record = Record(time_s, run)
+            own = turning_indices(record) if set(others) - {INITIAL} else {}
+            if INITIAL in others:
+                own[INITIAL] = initial_turning(record, float(execute_times(record)[0]))
+            for name in others:
+                found[name][i] = own[name]
     return {name: found[name] for name in names}
 
 
@@ -308,19 +294,4 @@ def overshoots_of_many(order: np.ndarray, heading: np.ndarray, count: int) -> np
         at = beyond.argmax(axis=1)
         passed = (reversals[:, -1] >= number) & (at < last)
         out[number - 1] = np.where(passed, beyond[rows, at], np.nan)
-    return out
-
-
-def _of_runs(names: Sequence[str], time_s: np.ndarray, channels: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Indices that are found run by run, of turning circles and initial turning; nan where the rudder never moves."""
-    out = {name: np.full(len(channels["rudder_rad"]), np.nan) for name in names}
-    for i in np.flatnonzero(np.abs(channels["rudder_rad"]).max(axis=1) > 0.0).tolist():
-        run = {name: values[i] for name, values in channels.items()}
-        if np.isfinite(run["heading_rad"]).all():
-            record = Record(time_s, run)
-            found = turning_indices(record) if set(names) - {INITIAL} else {}
-            if INITIAL in names:
-                found[INITIAL] = initial_turning(record, float(execute_times(record)[0]))
-            for name in names:
-                out[name][i] = found[name]
     return out

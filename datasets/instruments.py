@@ -47,7 +47,7 @@ def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
     channels = _swapped(dict(record.channels), q)
     if scale != 1.0 and REVOLUTIONS in channels:
         channels[REVOLUTIONS] = channels[REVOLUTIONS] * np.sqrt(scale)
-    channels = {name: _freed(name, record.time_s, values, q) for name, values in channels.items()}
+    channels = {name: _sensed(name, record.time_s, values, q, back=True) for name, values in channels.items()}
     if HEADING in channels:
         channels[HEADING] = later(record.time_s, channels[HEADING], q.get("heading_delay", 0.0), angle=True)
     channels = _turned(channels, q, record.name, back=True)
@@ -55,7 +55,11 @@ def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
         if name in channels and name != HEADING:
             channels[name] = later(record.time_s, channels[name], q.get(f"{short}_delay", 0.0))
     channels = _at_point(record.time_s, channels, -q.get("point_ahead", 0.0))
-    return _with_felt_rudder(record.with_channels(**_gone(record, channels)), q)
+    record = record.with_channels(**_gone(record, channels))
+    for name in RUDDERS:  # of two columns the one that methods read, and the order as it was
+        if record.has(name):
+            return record.with_channels(**{name: felt_rudder(record.time_s, record.column(name), q)})
+    return record
 
 
 def hull_record(record: Record, model: Model) -> Record:
@@ -91,7 +95,7 @@ def observed(record: Record, instruments: Mapping[str, float], rng: np.random.Ge
     else:
         channels = _turned(channels, q, record.name)
     channels = _rocked(record.time_s, channels, q, rng)
-    channels = {name: _shown(name, record.time_s, values, q) for name, values in channels.items()}
+    channels = {name: _sensed(name, record.time_s, values, q) for name, values in channels.items()}
     shown = record.with_channels(**_gone(record, _swapped(channels, q)))
     return _timed(shown, 1.0 + q.get("clock_rate", 0.0))
 
@@ -168,14 +172,6 @@ def quietened(series: np.ndarray, sd: float) -> np.ndarray:
     return out
 
 
-def _with_felt_rudder(record: Record, q: Mapping[str, float]) -> Record:
-    """The measured rudder as it was felt; of two columns the one that methods read, and the order as it was."""
-    for name in RUDDERS:
-        if record.has(name):
-            return record.with_channels(**{name: felt_rudder(record.time_s, record.column(name), q)})
-    return record
-
-
 def _gone(record: Record, channels: dict[str, np.ndarray]) -> dict[str, np.ndarray | None]:
     """The channels, and None for each other channel of the record (`with_channels` then leaves it out)."""
     return {**dict.fromkeys(record.channels), **channels}
@@ -189,24 +185,18 @@ def _swapped(channels: dict[str, np.ndarray], q: Mapping[str, float]) -> dict[st
     return channels
 
 
-def _numbers(name: str, time: np.ndarray, q: Mapping[str, float]) -> tuple[float, float, float | np.ndarray]:
-    """Gain, its growth with the channel, and error, (N,) where it drifts, of a channel's sensor."""
+def _sensed(name: str, time: np.ndarray, values: np.ndarray, q: Mapping[str, float], back: bool = False) -> np.ndarray:
+    """A channel (N,) as its sensor shows it, by its gain, the growth of that with the channel, bias and drift; back:
+    the true one of what it shows."""
     short = next((short for short, (column, _) in SENSORS.items() if column == name), "")
     bias, drift = q.get(f"{short}_bias", 0.0), q.get(f"{short}_drift", 0.0)
     error = bias if drift == 0.0 else bias + drift * (time - time[0])
-    return 1.0 + q.get(f"{short}_scale", 0.0), q.get(f"{short}_curve", 0.0), error
-
-
-def _shown(name: str, time: np.ndarray, values: np.ndarray, q: Mapping[str, float]) -> np.ndarray:
-    gain, curve, error = _numbers(name, time, q)
-    return values if gain == 1.0 and not curve and not np.any(error) else bent(values, gain, curve) + error
-
-
-def _freed(name: str, time: np.ndarray, values: np.ndarray, q: Mapping[str, float]) -> np.ndarray:
-    gain, curve, error = _numbers(name, time, q)
-    if gain == 0.0:
+    gain, curve = 1.0 + q.get(f"{short}_scale", 0.0), q.get(f"{short}_curve", 0.0)
+    if back and gain == 0.0:
         raise BadInput(f"a scale of -1 of {name} is not invertible")
-    return values if gain == 1.0 and not curve and not np.any(error) else straightened(values - error, gain, curve)
+    if gain == 1.0 and not curve and not np.any(error):
+        return values
+    return straightened(values - error, gain, curve) if back else bent(values, gain, curve) + error
 
 
 def _at_point(time: np.ndarray, channels: dict[str, np.ndarray], ahead_m: float) -> dict[str, np.ndarray]:

@@ -27,7 +27,7 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -97,7 +97,22 @@ def read_record(path: str | os.PathLike[str], positive_rudder: str | None = None
     table, meta, constant = _opened(path, positive_rudder)
     _check_samples(table, path)
     channels = to_canonical(table.columns)
-    dead = _dead_channels(channels, constant, table, path)
+    # channels that never change although they should (see the head of this module)
+    names = {ACCEPTED[name][0]: name for name in table.columns}
+    still = [
+        c
+        for c in _constant_channels(channels)
+        if c not in MAY_BE_CONSTANT and c not in constant and not (c in RUDDERS and _was_held(c, channels))
+    ]
+    motion = {*channels} - {"time_s", *RUDDERS, *MAY_BE_CONSTANT}
+    refused = [c for c in still if c in RUDDERS or motion <= {*still}]
+    for channel in refused:
+        index = int(np.isfinite(channels[channel]).argmax())
+        value = table.columns[names[channel]][index]
+        sidecar = sidecar_path(path).name
+        hint = f"a dead sensor? leave the column out, or list {channel} under 'constant:' in {sidecar} if meant so"
+        _at(table, index, names[channel], path, f"constant channel: {value:.9g} in every row", hint)
+    dead = {c: f"{np.nanmin(channels[c]) + 0.0:.6g} {CANONICAL[c]} in every row" for c in still}
     channels = {name: values for name, values in channels.items() if name not in dead}
     meta = replace(meta, extra={**meta.extra, LEFT_OUT: dead} if dead else meta.extra)
     return Record(channels.pop("time_s"), channels, name=path.stem, meta=meta)
@@ -133,7 +148,12 @@ def _read(path: Path) -> _Table:
 
 def _read_csv(path: Path) -> _Table:
     data = read_bytes(path)
-    _refuse_other_kinds(data, path)
+    # raw logs and models, whose first bytes tell what they are
+    if data.startswith(RAW):
+        hint = f"'helmbench import {path} -o {path.stem}-record.csv' makes a record of it"
+        raise BadInput("is a workbook or a binary log, not a record", file=path, hint=hint)
+    if data.lstrip().startswith(b"{"):
+        raise BadInput("is JSON, such as a model, not a record", file=path, hint="give the files of records here")
     data = utf8_of(data, path)
     if not data[:4096].strip() and not data.strip():
         raise BadInput("the file is empty", file=path, row=1)
@@ -146,18 +166,26 @@ def _read_csv(path: Path) -> _Table:
     columns = columns_of_numbers(body, names, delimiter) if len(body) >= FEWEST_BYTES else None
     if columns is None:
         columns = _parse_fast(body.decode(), names, delimiter)
-    if columns is None:
-        columns = _parse_slowly(data, names, delimiter, path)
+    if columns is None:  # cell by cell; BadInput at the first that is no number
+        values: list[list[float]] = []
+        line = 1
+        try:
+            for line, row in islice(_rows(data, delimiter), 1, None):
+                if len(row) != len(names):
+                    decimal_comma = delimiter == "," and len(row) > len(names)
+                    wrong = (
+                        "write decimals with a point"
+                        if decimal_comma
+                        else "every row needs as many cells as the header"
+                    )
+                    raise BadInput(f"{len(row)} cells under {len(names)} columns", file=path, row=line, hint=wrong)
+                pairs = zip(row, names, strict=True)
+                values.append([_parse_cell(cell.strip(), name, path, line) for cell, name in pairs])
+        except csv.Error as error:
+            raise BadInput(f"not CSV after this row ({error})", file=path, row=line) from None
+        table = np.array(values, dtype=np.float64).reshape(-1, len(names))
+        columns = dict(zip(names, table.T, strict=True))
     return _Table(columns, lambda i: next(islice(_rows(data, delimiter), i + 1, None))[0])
-
-
-def _refuse_other_kinds(data: bytes, path: Path) -> None:
-    """BadInput for raw logs and for models, whose first bytes tell what they are."""
-    if data.startswith(RAW):
-        hint = f"'helmbench import {path} -o {path.stem}-record.csv' makes a record of it"
-        raise BadInput("is a workbook or a binary log, not a record", file=path, hint=hint)
-    if data.lstrip().startswith(b"{"):
-        raise BadInput("is JSON, such as a model, not a record", file=path, hint="give the files of records here")
 
 
 def _parse_fast(body: str, names: list[str], delimiter: str) -> dict[str, np.ndarray] | None:
@@ -178,26 +206,6 @@ def _rows(data: bytes, delimiter: str) -> Iterator[tuple[int, list[str]]]:
     return ((reader.line_num, row) for row in reader if row and (len(row) > 1 or row[0].strip()))
 
 
-def _parse_slowly(data: bytes, names: list[str], delimiter: str, path: Path) -> dict[str, np.ndarray]:
-    """The same columns cell by cell; BadInput at the first cell that is no number."""
-    values: list[list[float]] = []
-    line = 1
-    try:
-        for line, row in islice(_rows(data, delimiter), 1, None):
-            values.append(_parse_row(row, names, path, line, delimiter))
-    except csv.Error as error:
-        raise BadInput(f"not CSV after this row ({error})", file=path, row=line) from None
-    return dict(zip(names, np.array(values, dtype=np.float64).reshape(-1, len(names)).T, strict=True))
-
-
-def _parse_row(row: list[str], names: list[str], path: Path, line: int, delimiter: str) -> list[float]:
-    if len(row) != len(names):
-        decimal_comma = delimiter == "," and len(row) > len(names)
-        hint = "write decimals with a point" if decimal_comma else "every row needs as many cells as the header"
-        raise BadInput(f"{len(row)} cells under {len(names)} columns", file=path, row=line, hint=hint)
-    return [_parse_cell(cell.strip(), name, path, line) for cell, name in zip(row, names, strict=True)]
-
-
 def _parse_cell(cell: str, name: str, path: Path, line: int) -> float:
     if not cell or GAP.fullmatch(cell):
         return math.nan
@@ -205,11 +213,8 @@ def _parse_cell(cell: str, name: str, path: Path, line: int) -> float:
         return float(cell)
     decimal_comma = NUMBER.fullmatch(cell.replace(",", "."))
     hint = "write decimals with a point" if decimal_comma else "leave the cell empty for a gap"
-    raise BadInput(f"{_short(cell)} is not a number", file=path, row=line, column=name, hint=hint)
-
-
-def _short(cell: str) -> str:
-    return repr(cell if len(cell) <= 40 else cell[:37] + "...")
+    shown = repr(cell if len(cell) <= 40 else cell[:37] + "...")
+    raise BadInput(f"{shown} is not a number", file=path, row=line, column=name, hint=hint)
 
 
 # --- Parquet
@@ -263,18 +268,7 @@ def _check_samples(table: _Table, path: Path) -> None:
     if n < MIN_SAMPLES:
         last = table.row_of(n - 1) if n else 1
         raise BadInput(f"too short: {n} samples", file=path, row=last, hint=f"a record needs {MIN_SAMPLES}")
-    for name in table.columns:
-        if ACCEPTED[name][0] == "time_s":
-            _check_time(table, name, path)
-    for name, values in table.columns.items():
-        infinite = np.isinf(values)
-        if infinite.any():
-            _at(table, int(infinite.argmax()), name, path, "infinite value", "leave the cell empty for a gap")
-        if np.isnan(values).all():
-            _at(table, 0, name, path, "no value in the whole column", "leave the column out")
-
-
-def _check_time(table: _Table, name: str, path: Path) -> None:
+    name = next(name for name in table.columns if ACCEPTED[name][0] == "time_s")
     time = table.columns[name]
     bad = ~np.isfinite(time)
     if bad.any():
@@ -290,36 +284,16 @@ def _check_time(table: _Table, name: str, path: Path) -> None:
     wrong = time_fault(to_canonical({name: time})["time_s"])
     if wrong is not None:
         _at(table, wrong.index, name, path, wrong.message, wrong.hint)
+    for name, values in table.columns.items():
+        infinite = np.isinf(values)
+        if infinite.any():
+            _at(table, int(infinite.argmax()), name, path, "infinite value", "leave the cell empty for a gap")
+        if np.isnan(values).all():
+            _at(table, 0, name, path, "no value in the whole column", "leave the column out")
 
 
 def _at(table: _Table, index: int, name: str, path: Path, message: str, hint: str) -> NoReturn:
     raise BadInput(message, file=path, row=table.row_of(index), column=name, hint=hint)
-
-
-def _dead_channels(
-    channels: dict[str, np.ndarray], declared: Iterable[str], table: _Table, path: Path
-) -> dict[str, str]:
-    """Channel that never changes although it should (see the head of this module) -> its value, as a text.
-
-    Raises
-    ------
-    BadInput : it is a rudder, or no motion is left.
-    """
-    names = {ACCEPTED[name][0]: name for name in table.columns}
-    dead = [
-        c
-        for c in _constant_channels(channels)
-        if c not in MAY_BE_CONSTANT and c not in declared and not (c in RUDDERS and _was_held(c, channels))
-    ]
-    motion = {*channels} - {"time_s", *RUDDERS, *MAY_BE_CONSTANT}
-    refused = [c for c in dead if c in RUDDERS or motion <= {*dead}]
-    for channel in refused:
-        index = int(np.isfinite(channels[channel]).argmax())
-        value = table.columns[names[channel]][index]
-        sidecar = sidecar_path(path).name
-        hint = f"a dead sensor? leave the column out, or list {channel} under 'constant:' in {sidecar} if meant so"
-        _at(table, index, names[channel], path, f"constant channel: {value:.9g} in every row", hint)
-    return {c: f"{np.nanmin(channels[c]) + 0.0:.6g} {CANONICAL[c]} in every row" for c in dead}
 
 
 def _constant_channels(channels: Mapping[str, np.ndarray]) -> list[str]:
@@ -423,7 +397,10 @@ def write_record(record: Record, path: str | os.PathLike[str]) -> None:
 
 def record_writers(record: Record, path: Path) -> dict[Path, Callable[[Path], object]]:
     """Place -> function that writes it, of a record and its sidecar; BadInput as `write_record`."""
-    write = _writer(path)
+    suffix = path.suffix.lower()
+    if suffix not in (".csv", *PARQUET):
+        raise BadInput(f"cannot write {suffix or 'a file without suffix'}", file=path, hint="use .csv or .parquet")
+    write = _write_csv if suffix == ".csv" else _write_parquet
     columns = {name: record.column(name) for name in in_order(["time_s", *record.channels])}
     check_header(list(columns), path)
     _check_samples(_Table(columns, lambda i: i + 2), path)
@@ -432,13 +409,6 @@ def record_writers(record: Record, path: Path) -> dict[Path, Callable[[Path], ob
     sidecar = path.with_suffix(".yaml")
     refuse_to_replace(sidecar)
     return {path: lambda place: write(columns, place), sidecar: lambda place: place.write_text(text, "utf-8")}
-
-
-def _writer(path: Path) -> Callable[[dict[str, np.ndarray], Path], None]:
-    suffix = path.suffix.lower()
-    if suffix not in (".csv", *PARQUET):
-        raise BadInput(f"cannot write {suffix or 'a file without suffix'}", file=path, hint="use .csv or .parquet")
-    return _write_csv if suffix == ".csv" else _write_parquet
 
 
 def _write_csv(columns: dict[str, np.ndarray], path: Path) -> None:

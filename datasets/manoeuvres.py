@@ -29,29 +29,20 @@ from .grammar import ANGLE, DEGREE, TIME, plain, positive
 from .record import Record
 
 PERIOD = {"s": 1.0, "rad_s": 1.0}
+
+
+SIDES = {":port": -1, ":starboard": 1}
+"""End of a text -> first side, +1 starboard, -1 port; starboard where none is named."""
 RUDDER_MAX = 90.0 * DEGREE
 Reader: TypeAlias = Callable[[str], tuple[tuple[float, ...], str]]
 """Reads what stands behind the colon: its numbers in SI units and radians, and the canonical text."""
 
 
-def read_side(rest: str) -> tuple[int, str]:
-    """First side (+1 starboard, -1 port) and the text without it; starboard where none is named."""
-    for suffix, side in (("port", -1), ("starboard", 1)):
-        if rest.endswith(":" + suffix):
-            return side, rest[: -len(suffix) - 1]
-    return 1, rest
-
-
-def _angle(text: str, default: str | None = "deg") -> float:
+def _degrees(text: str, default: str | None = "deg") -> tuple[float, str]:
+    """An angle in rad, and its text in degrees: without the unit where it need not stand there."""
     value = positive(text, ANGLE, default)
     if value > RUDDER_MAX:
         raise ValueError(f"{text!r} is above 90 deg")
-    return value
-
-
-def _degrees(text: str, default: str | None = "deg") -> tuple[float, str]:
-    """An angle in rad, and its text in degrees: without the unit where it need not stand there."""
-    value = _angle(text, default)
     return value, f"{plain(value / DEGREE)}{'' if default else 'deg'}"
 
 
@@ -215,8 +206,8 @@ def parse_manoeuvre(text: str) -> Manoeuvre:
     if kind is None:
         raise BadInput(f"unknown manoeuvre {text!r}", hint=suggestion(text.partition(":")[0], KINDS))
     try:
-        side, rest = read_side(rest) if kind.sided else (1, rest)
-        values, canonical = kind.read(rest)
+        first, side = next(((s, n) for s, n in SIDES.items() if kind.sided and rest.endswith(s)), ("", 1))
+        values, canonical = kind.read(rest.removesuffix(first))
     except ValueError as error:
         raise BadInput(f"manoeuvre {text!r}: {error}", hint=f"expected {kind.form}") from None
     parts = [name, *([canonical] if canonical else []), *(["port"] if side < 0 else [])]
@@ -232,19 +223,16 @@ def from_series(source: Record | Sequence[float] | np.ndarray, name: str | None 
     an array with gaps and for an empty series.
     """
     if isinstance(source, Record):
-        series, label = _recorded(source), name or source.name
+        actual = not source.has("rudder_command_rad")
+        rudder = source.rudder() if actual else source.column("rudder_command_rad")
+        seen = np.isfinite(rudder)
+        series = RudderSeries(source.time_s[seen], rudder[seen], source.meta.positive_rudder, actual)
+        label = name or source.name
     else:
         series, label = RudderSeries(None, np.asarray(source, dtype=float).ravel()), name or "array"
     if series.rudder_rad.size == 0 or not np.all(np.isfinite(series.rudder_rad)):
         raise BadInput("the rudder series is empty or holds gaps", file=label)
     return Manoeuvre("series", f"series:{label}", series=series)
-
-
-def _recorded(record: Record) -> RudderSeries:
-    actual = not record.has("rudder_command_rad")
-    rudder = record.rudder() if actual else record.column("rudder_command_rad")
-    seen = np.isfinite(rudder)
-    return RudderSeries(record.time_s[seen], rudder[seen], record.meta.positive_rudder, actual)
 
 
 # ---- building the control
@@ -268,10 +256,6 @@ def _zigzag(m: Manoeuvre, s: Setting) -> ClosedLoop:
     )
 
 
-def _turn(m: Manoeuvre, s: Setting) -> ClosedLoop:
-    return _steer(s, np.where(_after(s, s.execute_s), m.side * m.values[0], 0.0))
-
-
 def _pullout(m: Manoeuvre, s: Setting) -> ClosedLoop:
     angle, *held = m.values
     until = s.execute_s + (held[0] if held else 0.5 * (s.n * s.dt - s.execute_s))
@@ -293,14 +277,12 @@ def _tones(m: Manoeuvre, time_s: np.ndarray) -> np.ndarray:
     return m.side * sum((a * np.sin(w * time_s) for a, w in tones), np.zeros_like(time_s))
 
 
-def _sine(m: Manoeuvre, s: Setting) -> ClosedLoop:
-    return _steer(s, _tones(m, s.time_s))
-
-
 def _prbs(m: Manoeuvre, s: Setting) -> ClosedLoop:
     size, clock = m.values
     tick = _ticks(s, clock)
-    bits = shift_register(register_order(int(tick[-1]) + 1), int(tick[-1]) + 1, s.rng)
+    count = int(tick[-1]) + 1
+    order = min(max(SHORTEST_REGISTER, count.bit_length()), max(TAPS))  # the least whose period covers all bits
+    bits = shift_register(order, count, s.rng)
     return _steer(s, size * (2.0 * bits[tick] - 1.0))
 
 
@@ -308,10 +290,6 @@ def _random_steps(m: Manoeuvre, s: Setting) -> ClosedLoop:
     size, clock = m.values
     tick = _ticks(s, clock)
     return _steer(s, s.rng.uniform(-size, size, int(tick[-1]) + 1)[tick])
-
-
-def _straight(m: Manoeuvre, s: Setting) -> ClosedLoop:
-    return _steer(s, np.zeros(s.n + 1))
 
 
 def _heading(m: Manoeuvre, s: Setting) -> ClosedLoop:
@@ -349,11 +327,6 @@ def _ticks(s: Setting, clock_s: float) -> np.ndarray:
     return np.floor(s.time_s / clock_s + 1e-9).astype(np.intp)
 
 
-def register_order(bits: int) -> int:
-    """Smallest register order (at least 7) whose period ``2**order - 1`` covers ``bits``."""
-    return min(max(SHORTEST_REGISTER, bits.bit_length()), max(TAPS))
-
-
 def shift_register(order: int, bits: int, rng: np.random.Generator) -> np.ndarray:
     """``bits`` values 0 or 1 of a maximum-length sequence from a random non-zero register, (bits,) int.
 
@@ -372,13 +345,16 @@ def shift_register(order: int, bits: int, rng: np.random.Generator) -> np.ndarra
 
 CONTROLS: dict[str, tuple[Reader, Callable[[Manoeuvre, Setting], ClosedLoop]]] = {
     "zigzag": (_numbers(_degrees, _degrees, least=2), _zigzag),
-    "turn": (_numbers(_degrees, least=1), _turn),
+    "turn": (
+        _numbers(_degrees, least=1),
+        lambda m, s: _steer(s, np.where(_after(s, s.execute_s), m.side * m.values[0], 0.0)),
+    ),
     "pullout": (_numbers(_degrees, _seconds, least=1), _pullout),
     "spiral": (_read_spiral, _spiral),
-    "sine": (_read_tones, _sine),
+    "sine": (_read_tones, lambda m, s: _steer(s, _tones(m, s.time_s))),
     "prbs": (_clocked, _prbs),
     "steps": (_clocked, _random_steps),
-    "straight": (_numbers(least=0), _straight),
+    "straight": (_numbers(least=0), lambda _, s: _steer(s, np.zeros(s.n + 1))),
     "heading": (_read_tones, _heading),
     "series": (_numbers(least=1), _series),
 }

@@ -6,7 +6,7 @@ states agree to 1e-9 of their largest value.  Only what is asked for is kept: ch
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -218,19 +218,19 @@ def simulate_runs(plan: Plan, threads: int = 1) -> SimulatedRuns:
     with ThreadPoolExecutor(threads) as pool:
         for _ in pool.map(fill, range(0, runs, lanes)):
             pass
-    return SimulatedRuns(kept, channels, numbers, diverged, plan.seed + np.arange(runs), _metas(plan))
-
-
-def _metas(plan: Plan) -> list[RecordMeta]:
     note = conditions(plan.disturbance, plan.sensors)
     of_text = {manoeuvre.text: meta_of(plan.model, manoeuvre, note) for manoeuvre in plan.manoeuvres}
-    return [of_text[manoeuvre.text] for manoeuvre in plan.manoeuvres]
+    metas = [of_text[manoeuvre.text] for manoeuvre in plan.manoeuvres]
+    return SimulatedRuns(kept, channels, numbers, diverged, plan.seed + np.arange(runs), metas)
 
 
 def _sailed(plan: Plan, rows: range) -> Runs:
     """The runs of a block, with the wave drift as in `generator.sail`."""
     model, disturbance = plan.model, plan.disturbance
-    weather = _weather(plan, rows)
+    streams = (plan.draws(run).weather("air") for run in rows)
+    weather = None  # environment (W, N+1, 7) of the block
+    if disturbance != Disturbance():
+        weather = np.array([disturbance.environment(model, plan.time_s, stream) for stream in streams])
     start = np.tile(initial_state(model), (len(rows), 1))
     if weather is not None:
         start = np.array([steady_start(model, environment) for environment in weather])
@@ -255,34 +255,18 @@ def _sailed(plan: Plan, rows: range) -> Runs:
     raise no_convergence(model, disturbance)
 
 
-def _weather(plan: Plan, rows: range) -> np.ndarray | None:
-    """Environment (W, N+1, 7) of a block; None in calm."""
-    if plan.disturbance == Disturbance():
-        return None
-    return np.array(
-        [plan.disturbance.environment(plan.model, plan.time_s, plan.draws(run).weather("air")) for run in rows]
-    )
-
-
 def _shown(plan: Plan, rows: range, sailed: Runs, true: Mapping[str, np.ndarray]) -> Mapping[str, np.ndarray]:
     """Channels (W, N+1) as they are recorded."""
     whole = plan.disturbance.waves is not None or bool(plan.model.instruments)
     if not (whole or plan.sensors.channels):
         return true
-    records = list(_whole_records(plan, rows, sailed) if whole else _part_records(plan, rows, true))
-    return {name: np.array([record.column(name) for record in records]) for name in plan.channels}
-
-
-def _whole_records(plan: Plan, rows: range, sailed: Runs) -> Iterator[Record]:
-    """The records of a block, moved by waves and shown by instruments."""
+    records = []
     for i, run in enumerate(rows):
         draw = plan.draws(run)
-        own = SimulatedRun(plan.time_s, sailed.states[i], sailed.command_rad[i], sailed.rudder_rad[i])
-        yield as_measured(as_record(plan.model, draw.manoeuvre, own, ""), draw)
-
-
-def _part_records(plan: Plan, rows: range, true: Mapping[str, np.ndarray]) -> Iterator[Record]:
-    """Records of the channels to keep: what a sensor draws does not depend on the other channels."""
-    for i, run in enumerate(rows):
-        record = Record(plan.time_s, {name: true[name][i] for name in plan.channels})
-        yield apply(record, plan.sensors, plan.draws(run).noise())
+        if whole:  # moved by waves and shown by instruments
+            own = SimulatedRun(plan.time_s, sailed.states[i], sailed.command_rad[i], sailed.rudder_rad[i])
+            records.append(as_measured(as_record(plan.model, draw.manoeuvre, own, ""), draw))
+        else:  # what a sensor draws does not depend on the other channels
+            record = Record(plan.time_s, {name: true[name][i] for name in plan.channels})
+            records.append(apply(record, plan.sensors, draw.noise()))
+    return {name: np.array([record.column(name) for record in records]) for name in plan.channels}

@@ -86,20 +86,18 @@ def fetch(name: str, progress: bool = False) -> list[Path]:
 
     source = dataset(name)
     bar = tqdm(source.runs.values(), desc=name, unit="file", disable=None if progress else True)
-    return [_fetch_file(source, run) for run in bar]
-
-
-def _fetch_file(source: Dataset, run: MeasuredRun) -> Path:
-    """One stored file: left alone where it is right, else downloaded, converted, checked and put in its place."""
-    place = data_dir() / source.folder / run.file
-    if place.is_file() and _is_stored(read_bytes(place), run):
-        return place
-    content = _published(source, run, place)
-    if not _is_stored(content, run):
-        message = f"the download from {source.address(run)} is not the published file (SHA-256 differs)"
-        raise BadInput(message, file=place, hint="the download was deleted")
-    replace_together({place: lambda path: path.write_bytes(content)})
-    return place
+    places = []
+    for run in bar:  # left alone where it is right, else downloaded, converted, checked and put in its place
+        place = data_dir() / source.folder / run.file
+        places.append(place)
+        if place.is_file() and _is_stored(read_bytes(place), run):
+            continue
+        content = _published(source, run, place)
+        if not _is_stored(content, run):
+            message = f"the download from {source.address(run)} is not the published file (SHA-256 differs)"
+            raise BadInput(message, file=place, hint="the download was deleted")
+        replace_together({place: lambda path, content=content: path.write_bytes(content)})
+    return places
 
 
 def missing_files(name: str) -> list[Path]:

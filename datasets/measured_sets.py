@@ -72,7 +72,13 @@ class Dataset:
         """The columns of one stored file, at the scale of the model."""
         lines = content.decode(self.encoding).splitlines()[self.header_lines :]
         table = np.loadtxt([line for line in lines if line.strip(", ")], delimiter=self.separator)[self.repeated_rows :]
-        found = dict(self._channel(*pair) for pair in zip(self.columns, table.T, strict=False) if pair[0] != "-")
+        found = {}
+        for column, values in zip(self.columns, table.T, strict=False):
+            called, _, divisor = column.partition(" / ")
+            if called != "-":
+                name, factor = (called, 1.0) if called in OVER_GROUND else ACCEPTED[called]
+                own = self._scaled(values * factor, CANONICAL.get(name, "m/s"))
+                found[name] = own / float(divisor) if divisor else own
         if self.unwrapped:
             found["heading_rad"] = np.unwrap(found["heading_rad"])
         if set(OVER_GROUND) <= found.keys():
@@ -80,13 +86,6 @@ class Dataset:
             found["surge_m_s"], found["sway_m_s"] = body_velocities(*over_ground, found["heading_rad"])
         time = found.pop("time_s") if "time_s" in found else self._scaled(np.arange(len(table)) * self.step_s, "s")
         return time, {name: found[name] for name in CANONICAL if name in found}
-
-    def _channel(self, column: str, values: np.ndarray) -> tuple[str, np.ndarray]:
-        """Canonical name and values (N,) of a column."""
-        named, _, divisor = column.partition(" / ")
-        name, factor = (named, 1.0) if named in OVER_GROUND else ACCEPTED[named]
-        found = self._scaled(values * factor, CANONICAL.get(name, "m/s"))
-        return name, found / float(divisor) if divisor else found
 
     def _scaled(self, values: np.ndarray, unit: str) -> np.ndarray:
         """Values (N,) of the ship as those of the model."""

@@ -102,7 +102,11 @@ def doubts(record: Record, model: Model | None = None) -> list[Doubt]:
     sizes = [] if known else [*_speed(record, model), *_rate(record, model)]
     scale = [*_scale(record, model), *_revolutions(record, model)] if model and not (known or ship or sizes) else []
     axes = [] if units else [*_track(record, model), *_point(record, model)]
-    return [*ship, *known, *_alive(record), *sizes, *scale, *others, *axes, *_times(record)]
+    wrong = time_fault(record.time_s)
+    times = [] if wrong is None else [
+        Doubt(record.name, f"{wrong.message} (sample {wrong.index})", wrong.hint, "time_s")
+    ]  # fmt: skip
+    return [*ship, *known, *_alive(record), *sizes, *scale, *others, *axes, *times]
 
 
 # ------------------------------------------------------------------------------------------------ sizes
@@ -151,13 +155,6 @@ def _usual_size(record: Record, name: str) -> float:
     values = np.abs(record.column(name)) if record.has(name) else np.zeros(0)
     values = values[np.isfinite(values)]
     return float(np.quantile(values, 0.99)) if values.size else 0.0
-
-
-def _times(record: Record) -> Iterator[Doubt]:
-    """Times that cannot be those of one run."""
-    wrong = time_fault(record.time_s)
-    if wrong is not None:
-        yield Doubt(record.name, f"{wrong.message} (sample {wrong.index})", wrong.hint, "time_s")
 
 
 # ------------------------------------------------------------------------------------------------ ship and scale
@@ -246,17 +243,14 @@ def _alive(record: Record) -> Iterator[Doubt]:
 def _turned(record: Record) -> Iterator[Doubt]:
     """Compare the heading's changes with the yaw rate's integral."""
     ratio = _turn_ratio(record)
-    if ratio is None and record.has(*TURN) and _exchanged_ratio(record):
-        message = "changes as the integral of heading_rad does"
-        yield Doubt(record.name, message, "exchange the names of the two columns", "yaw_rate_rad_s")
+    if ratio is None and record.has(*TURN):
+        turned = changes(record, unwrapped(record.column("yaw_rate_rad_s")))
+        given = changes(record, integral_over_gaps(record.column("heading_rad"), record.time_s))
+        exchanged = median_ratio(turned, given)
+        if exchanged is not None and abs(exchanged - 1.0) < NEAR:
+            message = "changes as the integral of heading_rad does"
+            yield Doubt(record.name, message, "exchange the names of the two columns", "yaw_rate_rad_s")
     yield from _ratio(record, ratio, _wrong_units()["turn"], ("headings", "heading, yaw rate and time"), TURN)
-
-
-def _exchanged_ratio(record: Record) -> bool:
-    """Whether the yaw rate's column is the heading of a yaw rate in the heading's column."""
-    turned = changes(record, unwrapped(record.column("yaw_rate_rad_s")))
-    ratio = median_ratio(turned, changes(record, integral_over_gaps(record.column("heading_rad"), record.time_s)))
-    return ratio is not None and abs(ratio - 1.0) < NEAR
 
 
 def _turn_ratio(record: Record) -> float | None:

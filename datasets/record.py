@@ -90,9 +90,24 @@ class Record:
     def __post_init__(self) -> None:
         time = _frozen(self.time_s)
         channels = {name: _frozen(values) for name, values in self.channels.items()}
-        _check_time(time, self.name)
+        if time.ndim != 1 or not time.size:
+            raise BadInput("a record needs at least one sample, times of shape (N,)", file=self.name, column="time_s")
+        if not np.isfinite(time).all():
+            raise BadInput("time is not finite everywhere", file=self.name, column="time_s")
+        late = np.flatnonzero(np.diff(time) <= 0.0)
+        if late.size:
+            index = int(late[0])
+            raise BadInput(
+                f"time does not increase from sample {index} ({time[index]:g} s) to the next ({time[index + 1]:g} s)",
+                file=self.name,
+                column="time_s",
+            )
         for name, values in channels.items():
-            _check_channel(name, values, time.size, self.name)
+            if name not in CANONICAL or name == "time_s":
+                hint = f"known are {', '.join(list(CANONICAL)[1:])}"
+                raise BadInput("unknown channel", file=self.name, column=name, hint=hint)
+            if values.shape != (time.size,):
+                raise BadInput(f"shape {values.shape} where time has {time.size} samples", file=self.name, column=name)
         object.__setattr__(self, "time_s", time)
         object.__setattr__(self, "channels", MappingProxyType(channels))
 
@@ -345,26 +360,3 @@ def _numbers(column: Any, name: str, record: str) -> np.ndarray:
         row = int(infinite.argmax()) + 1
         raise BadInput("infinite value", file=record, row=row, column=name, hint="use nan for a gap")
     return values
-
-
-def _check_time(time: np.ndarray, record: str) -> None:
-    if time.ndim != 1 or not time.size:
-        raise BadInput("a record needs at least one sample, times of shape (N,)", file=record, column="time_s")
-    if not np.isfinite(time).all():
-        raise BadInput("time is not finite everywhere", file=record, column="time_s")
-    late = np.flatnonzero(np.diff(time) <= 0.0)
-    if late.size:
-        index = int(late[0])
-        raise BadInput(
-            f"time does not increase from sample {index} ({time[index]:g} s) to the next ({time[index + 1]:g} s)",
-            file=record,
-            column="time_s",
-        )
-
-
-def _check_channel(name: str, values: np.ndarray, n: int, record: str) -> None:
-    if name not in CANONICAL or name == "time_s":
-        hint = f"known are {', '.join(list(CANONICAL)[1:])}"
-        raise BadInput("unknown channel", file=record, column=name, hint=hint)
-    if values.shape != (n,):
-        raise BadInput(f"shape {values.shape} where time has {n} samples", file=record, column=name)

@@ -220,48 +220,29 @@ def parse_noise(text: str) -> SensorSet:
     """Read a noise string (see the module's head); BadInput with one line if it is malformed."""
     try:
         items = [item.strip() for item in text.split(",")]
-        missing, measured = _without(items)
-        sensors, rest = _level(measured)
-        for item in sorted(rest, key=_is_option):
+        missing = set[str]()
+        for name, equals, value in (item.partition("=") for item in items):
+            if not equals or name not in SELECTIONS:
+                continue
+            named = value.split("+")
+            unknown = [channel for channel in named if channel not in CHANNELS]
+            if unknown:
+                raise ValueError(f"unknown channel {unknown[0]!r} (one of {', '.join(CHANNELS)})")
+            kept = [*named, *INPUTS]
+            missing |= set(named) if name == "without" else {channel for channel in CHANNELS if channel not in kept}
+        measured = [item for item in items if item.partition("=")[0] not in SELECTIONS] or ["none"]
+        level, rest = (measured[0], measured[1:]) if "=" not in measured[0] else ("none", measured)
+        if level not in NOISE:
+            raise ValueError(f"unknown level {level!r}")
+        sensors = {name: ChannelSensor(sd=NOISE[level].get(name, 0.0)) for name in CHANNELS}
+        # standard deviations come before the options that count in them
+        for item in sorted(rest, key=lambda item: item.partition("=")[0] not in CHANNELS):
             sensors = _item(sensors, item)
-        return SensorSet(_columns(sensors), ",".join(items), missing)
+        known = {CHANNELS[name][0]: sensor for name, sensor in sensors.items() if sensor != ChannelSensor()}
+        return SensorSet(known, ",".join(items), frozenset(CHANNELS[channel][0] for channel in missing))
     except ValueError as error:
         form = f"expected {'|'.join(NOISE)}, CHANNEL=SDunit, OPTION=VALUE, e.g. medium,heading=0.1deg,outliers=5%"
         raise BadInput(f"noise {text!r}: {error}", hint=form) from None
-
-
-def _without(items: list[str]) -> tuple[frozenset[str], list[str]]:
-    """Columns that `only` and `without` take away, and the other items (`none` where nothing is left)."""
-    missing: set[str] = set()
-    for item in items:
-        name, equals, value = item.partition("=")
-        if not equals or name not in SELECTIONS:
-            continue
-        named = value.split("+")
-        unknown = [channel for channel in named if channel not in CHANNELS]
-        if unknown:
-            raise ValueError(f"unknown channel {unknown[0]!r} (one of {', '.join(CHANNELS)})")
-        kept = [*named, *INPUTS]
-        missing |= set(named) if name == "without" else {channel for channel in CHANNELS if channel not in kept}
-    rest = [item for item in items if item.partition("=")[0] not in SELECTIONS]
-    return frozenset(CHANNELS[channel][0] for channel in missing), rest or ["none"]
-
-
-def _level(items: list[str]) -> tuple[dict[str, ChannelSensor], list[str]]:
-    level, rest = (items[0], items[1:]) if "=" not in items[0] else ("none", items)
-    if level not in NOISE:
-        raise ValueError(f"unknown level {level!r}")
-    return {name: ChannelSensor(sd=NOISE[level].get(name, 0.0)) for name in CHANNELS}, rest
-
-
-def _is_option(item: str) -> bool:
-    """False for ``CHANNEL=SD``: standard deviations come before the options that count in them."""
-    return item.partition("=")[0] not in CHANNELS
-
-
-def _columns(sensors: dict[str, ChannelSensor]) -> dict[str, ChannelSensor]:
-    exact = ChannelSensor()
-    return {CHANNELS[name][0]: sensor for name, sensor in sensors.items() if sensor != exact}
 
 
 def _item(sensors: dict[str, ChannelSensor], item: str) -> dict[str, ChannelSensor]:
@@ -269,25 +250,18 @@ def _item(sensors: dict[str, ChannelSensor], item: str) -> dict[str, ChannelSens
     if not equals:
         raise ValueError(f"{item!r} has no '='")
     if name in CHANNELS:
-        return sensors | {name: replace(sensors[name], sd=_size(value, name, 0.0))}
+        return sensors | {name: replace(sensors[name], sd=_not_negative(value, _signed(value, name, 0.0)))}
     channel, dot, option = name.rpartition(".")
     if dot and channel not in CHANNELS:
         raise ValueError(f"unknown channel {channel!r} (one of {', '.join(CHANNELS)})")
     if option not in OPTIONS:
         raise ValueError(f"unknown channel or option {option!r} (options: {', '.join(OPTIONS)})")
-    targets = [channel] if dot else _targets(sensors, option, value)
+    targets = [channel] if dot else [name for name in sensors if name not in ORDERS]
+    if not dot and option in ("outliers", "bursts", "bias", "colour"):  # which count in standard deviations
+        targets = [name for name in targets if sensors[name].sd > 0.0]
+        if not targets:
+            raise ValueError(f"{option}={value} needs channels with noise")
     return sensors | {t: replace(sensors[t], **_option(option, value, t, sensors[t].sd)) for t in targets}
-
-
-def _targets(sensors: dict[str, ChannelSensor], option: str, value: str) -> list[str]:
-    """Channels that a general option applies to: all sensors, or those with noise if it counts in sd."""
-    measured = [name for name in sensors if name not in ORDERS]
-    if option not in ("outliers", "bursts", "bias", "colour"):
-        return measured
-    noisy = [name for name in measured if sensors[name].sd > 0.0]
-    if not noisy:
-        raise ValueError(f"{option}={value} needs channels with noise")
-    return noisy
 
 
 def _signed(text: str, channel: str, sd: float) -> float:
@@ -303,18 +277,6 @@ def _not_negative(text: str, value: float) -> float:
     return value
 
 
-def _size(text: str, channel: str, sd: float) -> float:
-    return _not_negative(text, _signed(text, channel, sd))
-
-
-def _share(text: str, channel: str, sd: float) -> float:
-    return share(text)
-
-
-def _time(text: str, channel: str, sd: float) -> float:
-    return positive(text, TIME)
-
-
 def _samples(text: str, channel: str, sd: float) -> int:
     count = whole_of(text)
     if count < 1:
@@ -322,18 +284,21 @@ def _samples(text: str, channel: str, sd: float) -> int:
     return count
 
 
-_ERROR, _RUN = (_size, f"{OUTLIER_SDS:g}sd"), (_samples, f"{RUN_SAMPLES}")
+_ERROR = (lambda text, channel, sd: _not_negative(text, _signed(text, channel, sd)), f"{OUTLIER_SDS:g}sd")
+_RUN, _SHARE, _TIME = (
+    (_samples, f"{RUN_SAMPLES}"), (lambda text, *_: share(text), ""), (lambda text, *_: positive(text, TIME), ""),
+)  # fmt: skip
 OPTIONS: dict[str, dict[str, tuple[Callable[[str, str, float], float], str]]] = {
-    "colour": {"correlation_s": (_time, "")},
+    "colour": {"correlation_s": _TIME},
     "bias": {"bias": (_signed, "")},
     "scale": {"scale": (lambda text, channel, sd: quantity(text, SHARE), "")},
     "delay": {"delay_s": (lambda text, channel, sd: _not_negative(text, quantity(text, TIME)), "")},
-    "outliers": {"outliers": (_share, ""), "outlier_size": _ERROR},
-    "bursts": {"bursts": (_share, ""), "burst_samples": _RUN, "burst_size": _ERROR},
+    "outliers": {"outliers": _SHARE, "outlier_size": _ERROR},
+    "bursts": {"bursts": _SHARE, "burst_samples": _RUN, "burst_size": _ERROR},
     "quantum": {"quantum": (lambda text, channel, sd: positive(text, CHANNELS[channel][1]), "")},
-    "dropout": {"dropout": (_share, "")},
-    "gaps": {"gaps": (_share, ""), "gap_samples": _RUN},
-    "period": {"period_s": (_time, "")},
+    "dropout": {"dropout": _SHARE},
+    "gaps": {"gaps": _SHARE, "gap_samples": _RUN},
+    "period": {"period_s": _TIME},
 }
 """Option -> number of a `ChannelSensor` -> the reader of its text, with channel and sd, and the text where none stands;
 the texts of several numbers stand between slashes."""

@@ -16,7 +16,7 @@ from ..models.files import read_utf8
 from .record import RecordMeta
 
 if TYPE_CHECKING:
-    from .sidecar_file import SidecarFile
+    pass
 
 META_KEYS = tuple(f.name for f in fields(RecordMeta) if f.name != "extra")
 
@@ -58,22 +58,18 @@ def read_sidecar(path: Path) -> tuple[RecordMeta, frozenset[str]]:
     given = {_key(key): value for key, value in content.items()}
     if len(given) < len(content):
         raise BadInput("a key stands twice, in two spellings", file=path, row=max(rows.values()))
-    facts = _checked(given, path, {_key(key): row for key, row in rows.items()})
-    texts: dict[str, Any] = {key: getattr(facts, key) for key in META_KEYS}
-    return RecordMeta(**texts, extra=facts.extra or {}), frozenset(facts.constant)
-
-
-def _checked(given: dict[str, Any], path: Path, rows: Mapping[str, int]) -> SidecarFile:
-    """The content of a sidecar; BadInput names the row of the key that is wrong."""
     from ..models.yaml_file import checked
     from .sidecar_file import SidecarFile
 
+    places = {_key(key): row for key, row in rows.items()}
     for key, value in given.items():  # key by key, so that the message can name the row
         try:
             checked(SidecarFile, {key: value}, path)
         except BadInput as error:
-            raise BadInput(error.message, file=path, row=rows.get(key), hint=error.hint) from None
-    return checked(SidecarFile, given, path)
+            raise BadInput(error.message, file=path, row=places.get(key), hint=error.hint) from None
+    facts = checked(SidecarFile, given, path)
+    texts: dict[str, Any] = {key: getattr(facts, key) for key in META_KEYS}
+    return RecordMeta(**texts, extra=facts.extra or {}), frozenset(facts.constant)
 
 
 def sidecar_text(meta: RecordMeta, constant: list[str]) -> str:

@@ -10,15 +10,6 @@ from ..models.yaml_file import FileContent, Side, needs
 from .columns import CANONICAL
 
 
-def _text(value: Any) -> Any:
-    """A number or a word such as `yes` as the text that stands in the file."""
-    return str(value) if isinstance(value, bool | int | float) else value
-
-
-def _channels(value: Any) -> Any:
-    return [] if value is None else value if isinstance(value, list) else [value]
-
-
 def _known(names: tuple[str, ...]) -> tuple[str, ...]:
     for name in names:
         if name not in CANONICAL:
@@ -26,7 +17,13 @@ def _known(names: tuple[str, ...]) -> tuple[str, ...]:
     return names
 
 
-Words = Annotated[str, BeforeValidator(_text), needs("a text")]
+Words = Annotated[str, BeforeValidator(lambda v: str(v) if isinstance(v, bool | int | float) else v), needs("a text")]
+"""A text; a number or a word such as `yes` as it stands in the file."""
+Channels = Annotated[
+    tuple[str, ...],
+    BeforeValidator(lambda v: [] if v is None else v if isinstance(v, list) else [v]),
+    AfterValidator(_known),
+]
 
 
 class SidecarFile(FileContent):
@@ -39,5 +36,5 @@ class SidecarFile(FileContent):
     positive_rudder: Side | None = None
     manoeuvre: Words | None = None
     notes: Words | None = None
-    constant: Annotated[tuple[str, ...], BeforeValidator(_channels), AfterValidator(_known)] = ()
+    constant: Channels = ()
     extra: dict[str, Any] | None = None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import permutations
 
 import numpy as np
@@ -69,14 +68,20 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
             good = known & ~spike
             departure, judged = _departures(values, good)
         spread = _spread(departure, good & judged, least)
-        peak = departure >= _largest_beside(np.where(spike, 0.0, departure))
+        # the larger (T,) of the two values beside each
+        padded = np.concatenate([[0.0], np.where(spike, 0.0, departure), [0.0]])
+        peak = departure >= np.maximum(padded[:-2], padded[2:])
         found = (departure > LIMIT * spread) & (spike | peak) & known & (spread > 0.0)
         if np.array_equal(found, spike):
             if settled is not None and np.array_equal(spike, settled):
                 break  # those side by side lead back to it
             settled = spike
             if spike.sum() > OFTEN * values.size:
-                found = spike | _twins(values, good, LIMIT * spread)
+                # good samples that, both of two in turn, are off the cubic through those beside
+                late = _departures(values, good, 1)[0] > LIMIT * spread
+                early = _departures(values[::-1], good[::-1], 1)[0][::-1] > LIMIT * spread
+                pair = late[:-1] & early[1:] & good[:-1] & good[1:] & (spread > 0.0)
+                found = spike | np.append(pair, False) | np.append(False, pair)
         if np.array_equal(found, spike):
             break
         first = found if first is None else first
@@ -86,7 +91,10 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
         spike = found
     else:
         spike = spike if settled is None else settled
-    spike &= ~_in_runs(spike)
+    edge = np.flatnonzero(np.diff(np.concatenate([[False], spike, [False]]).astype(int)))
+    for start, stop in zip(edge[0::2], edge[1::2], strict=True):
+        if stop - start >= MANY and (start < MANY or stop > spike.size - MANY):
+            spike[start:stop] = False  # at the record's ends no gross errors, but a motion that starts there
     at = np.flatnonzero(spike)
     spike[at[_corners(values, known & ~spike, NEARLY * spread, at)]] = False
     near = peak & ~spike & ~ends & (departure > NEAR * spread)
@@ -104,16 +112,12 @@ def _off_the_median(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray
         if (AROUND - 1) * float(steps.max()) <= furthest:
             return off
         windows = np.lib.stride_tricks.sliding_window_view(y[own], AROUND)
-        wide = np.flatnonzero(_ranges(y[own]) > furthest)  # in others no sample is as far from the median
+        parts = [y[own][i : own.size - AROUND + 1 + i] for i in range(AROUND)]
+        ranges = np.maximum.reduce(parts) - np.minimum.reduce(parts)
+        wide = np.flatnonzero(ranges > furthest)  # in others no sample is as far from the median
         inner = own[reach + wide]
         off[inner] = np.abs(y[inner] - np.median(windows[wide], axis=1)) > furthest
     return off
-
-
-def _ranges(y: np.ndarray) -> np.ndarray:
-    """(T - AROUND + 1,) largest less smallest of AROUND values in turn."""
-    parts = [y[i : y.size - AROUND + 1 + i] for i in range(AROUND)]
-    return np.maximum.reduce(parts) - np.minimum.reduce(parts)
 
 
 def _corners(y: np.ndarray, good: np.ndarray, limit: float, place: np.ndarray) -> np.ndarray:
@@ -132,16 +136,6 @@ def _corners(y: np.ndarray, good: np.ndarray, limit: float, place: np.ndarray) -
     share = np.where(c - b > 2, 2.0 * ONE_SIDE, ONE_SIDE)  # across a gap the motion has bent further
     corner[inside] = np.minimum(off(a, b), off(c, d)) < np.maximum(share * off(b, c), limit)
     return corner
-
-
-def _in_runs(spike: np.ndarray) -> np.ndarray:
-    """(T,) samples in runs of MANY or more at the record's ends: no gross errors, but a motion that starts there."""
-    edge = np.flatnonzero(np.diff(np.concatenate([[False], spike, [False]]).astype(int)))
-    run = np.zeros(spike.size, bool)
-    for start, stop in zip(edge[0::2], edge[1::2], strict=True):
-        ends = start < MANY or stop > spike.size - MANY
-        run[start:stop] = ends and stop - start >= MANY
-    return run
 
 
 def _spread(departure: np.ndarray, judged: np.ndarray, least: float) -> float:
@@ -165,14 +159,6 @@ def _at_ends(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
     return gross
 
 
-def _twins(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
-    """(T,) good samples that, both of two in turn, are further than the limit from the cubic through those beside."""
-    late = _departures(y, good, 1)[0] > limit
-    early = _departures(y[::-1], good[::-1], 1)[0][::-1] > limit
-    pair = late[:-1] & early[1:] & good[:-1] & good[1:] & (limit > 0.0)
-    return np.append(pair, False) | np.append(False, pair)
-
-
 def _departures(y: np.ndarray, good: np.ndarray, skip: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Distances (T,) from the cubic through the two good neighbours to each side, in units of noise alike for all,
     and (T,) where there are any: neighbours more than REACH samples away say nothing, and the distance is 0.
@@ -193,23 +179,11 @@ def _departures(y: np.ndarray, good: np.ndarray, skip: int = 0) -> tuple[np.ndar
     gaps = np.stack([own[before - 2], own[before - 1], own[after], own[after + 1]])
     for samples, nodes, away in ((inner[even], None, beside[:, None]), (k, gaps, gaps - k)):
         near = [y[samples + i] for i in beside] if nodes is None else y[nodes]
-        distance = _off_the_cubic(y[samples], near, away.astype(float))
+        far, weights = away.astype(float), np.ones(away.shape)
+        for i, j in permutations(range(4), 2):
+            weights[i] *= far[j] / (far[j] - far[i])
+        curve = weights[0] * near[0] + weights[1] * near[1] + weights[2] * near[2] + weights[3] * near[3]
+        distance = np.abs(y[samples] - curve) / np.sqrt(1.0 + np.sum(weights**2, axis=0))
         told = np.isfinite(distance) & (np.abs(away).max(axis=0) <= REACH)
         judged[samples], out[samples] = told, np.where(told, distance, 0.0)
     return out, judged
-
-
-def _off_the_cubic(y: np.ndarray, near: Sequence[np.ndarray] | np.ndarray, away: np.ndarray) -> np.ndarray:
-    """Distances (K,) of values (K,) from the cubic through four (K,) that are so far away, (4, K) or alike for all
-    (4, 1)."""
-    weights = np.ones_like(away)
-    for i, j in permutations(range(4), 2):
-        weights[i] *= away[j] / (away[j] - away[i])
-    curve = weights[0] * near[0] + weights[1] * near[1] + weights[2] * near[2] + weights[3] * near[3]
-    return np.abs(y - curve) / np.sqrt(1.0 + np.sum(weights**2, axis=0))
-
-
-def _largest_beside(x: np.ndarray) -> np.ndarray:
-    """The larger (T,) of the two values beside each."""
-    padded = np.concatenate([[0.0], x, [0.0]])
-    return np.maximum(padded[:-2], padded[2:])

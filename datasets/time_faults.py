@@ -37,31 +37,14 @@ def time_fault(time: np.ndarray) -> TimeFault | None:
         return TimeFault(index, f"a time of {time[index]:.6g} s", hint)
     steps = np.diff(time)
     if steps.max() > LONGEST_GAP_S and not steps.min() > LONGEST_STEP_S:
-        return _gap(time, steps)
-    return _step(time)
-
-
-def refuse_time_fault(time: np.ndarray, record: object) -> None:
-    """BadInput where `time_fault` finds something wrong with the times of a record."""
-    wrong = time_fault(time)
-    if wrong is not None:
-        raise BadInput(f"{wrong.message} (sample {wrong.index})", file=record, column="time_s", hint=wrong.hint)
-
-
-def _gap(time: np.ndarray, steps: np.ndarray) -> TimeFault:
-    """A clock that was set, or day and month that were exchanged when the date changed."""
-    index = int(steps.argmax()) + 1
-    message = f"time jumps by {steps[index - 1] / 86400.0:.6g} days, from {time[index - 1]:.9g} to {time[index]:.9g} s"
-    hint = "was the clock set, or are day and month exchanged? correct the times, or cut the file there"
-    return TimeFault(index, message, hint)
-
-
-def _step(time: np.ndarray) -> TimeFault | None:
-    """Steps that no log has; the median is computed only where the mean says that it may be one of these."""
+        index = int(steps.argmax()) + 1
+        jump = f"{steps[index - 1] / 86400.0:.6g} days, from {time[index - 1]:.9g} to {time[index]:.9g} s"
+        hint = "was the clock set, or are day and month exchanged? correct the times, or cut the file there"
+        return TimeFault(index, f"time jumps by {jump}", hint)
     mean = (time[-1] - time[0]) / (time.size - 1)
-    if SHORTEST_STEP_S <= mean <= LONGEST_STEP_S:
+    if SHORTEST_STEP_S <= mean <= LONGEST_STEP_S:  # then the median, which takes longer, cannot be wrong
         return None
-    step = float(np.median(np.diff(time)))
+    step = float(np.median(steps))
     if step > LONGEST_STEP_S:
         hint = "milliseconds in time_s? then call the column time_ms, or state the unit"
         return TimeFault(1, f"steps of {step:.6g} s, in which no manoeuvre shows", hint)
@@ -69,3 +52,10 @@ def _step(time: np.ndarray) -> TimeFault | None:
         hint = "are these seconds? write the times in seconds with all their digits"
         return TimeFault(1, f"steps of {step:.3g} s, shorter than those of any log", hint)
     return None
+
+
+def refuse_time_fault(time: np.ndarray, record: object) -> None:
+    """BadInput where `time_fault` finds something wrong with the times of a record."""
+    wrong = time_fault(time)
+    if wrong is not None:
+        raise BadInput(f"{wrong.message} (sample {wrong.index})", file=record, column="time_s", hint=wrong.hint)

@@ -1,10 +1,4 @@
-"""How the yaw rate answers what steers: a first-order response of its own, without the measured yaw rate in it.
-
-r(t) = K h(t) + c + d exp(-t/T), T dh/dt + h = helm(t - lag): Nomoto's equation (Nomoto et al. 1957, Int. Shipb. Progr.
-4), with the gain K free and T, lag > 0 searched.  An autopilot answers the yaw rate as well, but later: a helm that
-follows the yaw rate is a good likeness of it at the same time, and no better a cause of it later.  So a response counts
-by what it explains beyond the helm at the same time.
-"""
+"""How the yaw rate answers what steers, and the rudder's sign that it tells."""
 
 from __future__ import annotations
 
@@ -12,7 +6,78 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .geometry import unwrapped
+from .plausibility import PlausibilityWarning
+from .record import Record, Side
 from .signals import integral
+
+ONE_SIDE = 0.9
+"""A rudder is held to one side, and a ship turns to one, where this share of the angle, of the yaw rate, is there."""
+SIGN_SHARE = 0.5
+"""Least share of the yaw rate that the response to the rudder explains where it tells the rudder's side."""
+
+
+class RudderSignWarning(PlausibilityWarning):
+    """The yaw response of a record contradicts the side to which a positive rudder is said to steer."""
+
+
+def rudder_sign_doubt(record: Record) -> str | None:
+    """A sentence if the yaw response contradicts the record's rudder sign, else None."""
+    if record.meta.positive_rudder is None:
+        return None
+    told = steering_side(record)
+    if told is None or told[0] == record.meta.positive_rudder:
+        return None
+    return (
+        f"rudder_sign: in {record.name} the ship turns against a rudder that is positive to "
+        f"{record.meta.positive_rudder}; check positive_rudder"
+    )
+
+
+def steering_side(record: Record) -> tuple[Side, float] | None:
+    """The side to which a positive rudder turns the ship, and how surely from 0 to 1; None where nothing tells it.
+
+    The share of the yaw rate that its response to the rudder explains (`yaw_response`) is the certainty.  In a turn,
+    the rudder on one side and the speed falling, the response says little: there the yaw rate itself, which must stay
+    on one side too, has the sign.
+    """
+    rate, rudder = _yaw_rate(record), record.rudder()
+    if rate is None or np.sum(known := np.isfinite(rate) & np.isfinite(rudder)) < FEWEST:
+        return None
+    helm, turn = one_sided(rudder[known]), one_sided(rate[known])
+    if abs(helm) > ONE_SIDE:
+        return (_side(helm * turn), abs(turn)) if abs(turn) > ONE_SIDE else None
+    response = yaw_response(record.time_s, rate, rudder)
+    return (_side(response.gain), response.share) if response is not None and response.is_sure(SIGN_SHARE) else None
+
+
+def _side(value: float) -> Side:
+    return "starboard" if value > 0.0 else "port"
+
+
+def _yaw_rate(record: Record) -> np.ndarray | None:
+    """The yaw rate (N,), rad/s, by its sensor, by the heading or by the course of the track; None without any."""
+    if record.has("yaw_rate_rad_s"):
+        return record.column("yaw_rate_rad_s")
+    if record.has("heading_rad"):
+        return np.gradient(record.heading_unwrapped(), record.time_s)
+    if record.has("north_m", "east_m"):
+        north, east = (np.gradient(record.column(name), record.time_s) for name in ("north_m", "east_m"))
+        return np.gradient(unwrapped(np.arctan2(east, north)), record.time_s)
+    return None
+
+
+def one_sided(values: np.ndarray) -> float:
+    """1 where all values (N,) are positive, -1 where all are negative, between where they change sign."""
+    size = float(np.sum(np.abs(values)))
+    return float(np.sum(values)) / size if size > 0.0 else 0.0
+
+
+# ---- How the yaw rate answers what steers: a first-order response of its own, without the measured yaw rate in it.
+# r(t) = K h(t) + c + d exp(-t/T), T dh/dt + h = helm(t - lag): Nomoto's equation (Nomoto et al. 1957, Int. Shipb.
+# Progr. 4), with the gain K free and T, lag > 0 searched.  An autopilot answers the yaw rate as well, but later: a helm
+# that follows the yaw rate is a good likeness of it at the same time, and no better a cause of it later.  So a response
+# counts by what it explains beyond the helm at the same time.
 
 MEANS, FEWEST = 400, 20
 """Means over equal stretches that are compared, and samples below which nothing is."""
@@ -64,8 +129,10 @@ def yaw_response(
     constants = np.concatenate([[0.0], np.geomspace(QUICKEST, max(SLOWEST * n, 1.0), CONSTANTS)])
     kept = np.exp(-1.0 / np.maximum(constants, 1e-3))
     moved = steering - steering[0]
-    follows = _follow(moved, kept)
-    tried = [entry for k, own in zip(kept, follows, strict=True) for entry in _answers(turning, own, k, late)]
+    follows, state = np.empty((n, kept.size)), np.zeros(kept.size)  # from rest, with the share that each keeps
+    for i, wanted in enumerate(moved):
+        follows[i] = state = wanted + kept * (state - wanted)
+    tried = [entry for k, own in zip(kept, follows.T, strict=True) for entry in _answers(turning, own, k, late)]
     if not tried:
         return None
     share, gain, answer = max(tried, key=lambda entry: entry[0])
@@ -100,14 +167,6 @@ def _means(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     count = min(MEANS, max(values.size // 2, FEWEST))
     edges = np.linspace(time[0], time[-1], count + 1)
     return np.diff(np.interp(edges, time, integral(values, time))) / (edges[1] - edges[0])
-
-
-def _follow(steering: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """What follows (K, M) a helm (M,) from rest, with the share that each (K,) keeps of its value for a step."""
-    states, state = np.empty((steering.size, kept.size)), np.zeros(kept.size)
-    for i, helm in enumerate(steering):
-        states[i] = state = helm + kept * (state - helm)
-    return states.T
 
 
 def _answers(

@@ -30,7 +30,7 @@ from .datasets.many import SimulatedRuns as SimulatedRuns
 from .datasets.measured import fetch as fetch
 from .datasets.plausibility import PlausibilityWarning as PlausibilityWarning
 from .datasets.record import Record as Record, RecordMeta as RecordMeta
-from .datasets.rudder_sign import RudderSignWarning as RudderSignWarning
+from .datasets.yaw_response import RudderSignWarning as RudderSignWarning
 from .estimation.estimates.assessment import Assessment as Assessment
 from .estimation.estimates.comparison import Comparison as Comparison
 from .methods.registry import make as make_method, method_options as method_options

@@ -9,8 +9,8 @@ import numpy as np
 
 from ...datasets.axes import track_of
 from ...datasets.columns import POSITIONS, RUDDERS, TURN, TWIN, VELOCITIES
-from ...datasets.rudder_sign import steering_side
 from ...datasets.signals import sensor_sd
+from ...datasets.yaw_response import steering_side
 from ...models.linear_algebra import lstsq
 from ..base import Fault, FileCheck, cleaned, exact, scaled, without
 from ..integrity.averages import SMALL_TURN, averages_of, wraps_at_small_turn

@@ -1,6 +1,6 @@
 """Import of raw logs: any table with a time and a rudder becomes a record.
 
 `sources` reads files into raw tables (texts or numbers as they stand), `guess` proposes a `mapping` of their columns,
-`convert` turns a table into quantities in SI units, `merge` puts several loggers on one time base, `derive` makes the
-channels of a record, `segments` cuts it.  `importer` is the chain.
+`convert` turns a table into quantities in SI units and these into channels of a record, `merge` puts several loggers on
+one time base, `segments` cuts a record.  `importer` is the chain.
 """

@@ -14,13 +14,11 @@ from ...models.data_file import load
 from ...models.errors import BadInput
 from ..columns import ACCEPTED, QUANTITIES
 from ..sidecar_file import SidecarFile
-from .cell_texts import Texts
-from .cells import GAPS, side_of
+from .cells import GAPS, Texts, side_of
 from .headers import read_header
 from .names import joined, named, words
-from .quantities import quantities, word_groups
+from .quantities import UNITS, quantities, tidy, unit_of, word_groups
 from .raw import RawColumn, RawTable
-from .units import UNITS, tidy, unit_of
 
 SUFFIXES = (".yaml", ".yml", ".json")
 FEW = 100
@@ -71,14 +69,10 @@ def _named(columns: Sequence[RawColumn], note: str) -> tuple[int, str] | None:
             return (i, said) if said else None
     label, _, said = text.partition(":")
     own = words(label) if said.strip() and label.strip() else ()
-    able = [i for i, column in enumerate(columns) if own and own in _without_unit(column)]
+    # a column's words, whole and without those that spell a unit at its end
+    headers = [read_header(column.name, column.unit) for column in columns] if own else []
+    able = [i for i, h in enumerate(headers) if own in (h.words, *(head for head, _ in h.suffixes))]
     return (able[0], said.strip()) if len(able) == 1 else None
-
-
-def _without_unit(column: RawColumn) -> list[tuple[str, ...]]:
-    """The words of a column's name, whole and without those that spell a unit at its end."""
-    header = read_header(column.name, column.unit)
-    return [header.words, *(head for head, _ in header.suffixes)]
 
 
 def with_places(columns: Sequence[RawColumn]) -> list[RawColumn]:
@@ -106,18 +100,14 @@ def with_minutes(columns: Sequence[RawColumn]) -> list[RawColumn]:
         degrees, rest = whole.numbers, minutes.numbers
         in_full = np.array_equal(degrees, np.round(degrees), equal_nan=True)
         if in_full and 0.0 <= np.nanmin(rest) <= np.nanmax(rest) < 60:
-            sides = _hemispheres(out[i + 1], whole) if i + 1 < len(out) else None
-            signed = degrees + np.copysign(rest / 60.0, degrees)
-            out[i - 1] = replace(whole, values=signed if sides is None else sides * np.abs(signed))
+            signed, letters = degrees + np.copysign(rest / 60.0, degrees), out[i + 1] if i + 1 < len(out) else None
+            texts = letters.texts if letters is not None and not letters.known else None
+            if texts is not None and _sides(texts, whole):
+                south_west = [side_of(text.lower(), whole.name) in ("south", "west") for text in texts.trimmed_texts()]
+                signed = np.where(south_west, -1.0, 1.0) * np.abs(signed)
+            out[i - 1] = replace(whole, values=signed)
             out[i] = replace(minutes, known="not used", source=f"the minutes of column {whole.name}, added to it")
     return out
-
-
-def _hemispheres(letters: RawColumn, place: RawColumn) -> np.ndarray | None:
-    """(N,) -1 where a column of letters says south or west, else 1; None where it is no column of them."""
-    if letters.texts is None or letters.known or not _sides(letters.texts, place):
-        return None
-    return letters.texts.mapped(lambda text: -1.0 if side_of(text.lower(), place.name) in ("south", "west") else 1.0)
 
 
 def _place_in(column: RawColumn, units: frozenset[str]) -> str:
@@ -181,9 +171,6 @@ def _sides(letters: Texts, before: RawColumn) -> bool:
     return may_be(letters[:FEW]) and may_be(kinds := letters.unique()) and not GAPS.issuperset(map(str.lower, kinds))
 
 
-# ------------------------------------------------------------------------------------------------ a file beside the log
-
-
 def with_sidecar(tables: Sequence[RawTable], path: Path) -> list[RawTable]:
     """Tables with what a YAML or JSON file beside the log says of their columns; an unreadable one says nothing."""
     places = [path.with_suffix(suffix) for suffix in SUFFIXES] + [path.with_name(path.name + s) for s in SUFFIXES]
@@ -194,18 +181,18 @@ def with_sidecar(tables: Sequence[RawTable], path: Path) -> list[RawTable]:
         content = load(found)
     except BadInput:
         return list(tables)
-    if isinstance(content, Mapping) and set(content) <= set(SidecarFile.model_fields):
-        tables = [_as_record(table, content, found.name) for table in tables]
-    said = dict(_statements(content)) if isinstance(content, Mapping) else {}
-    return [_with_statements(table, said, found.name) for table in tables]
-
-
-def _as_record(table: RawTable, sidecar: Mapping[str, Any], name: str) -> RawTable:
-    """A table whose columns and sidecar are those of a record: its format states units and signs."""
-    if not all(column.name in ACCEPTED for column in table.columns):
-        return table
-    by, side = f"a record: its sidecar {name} lies beside it", str(sidecar.get("positive_rudder") or "")
-    return table.told(lambda column: _as_channel(column, by, side))
+    content = content if isinstance(content, Mapping) else {}
+    said, out = dict(_statements(content)), []
+    by, side = f"a record: its sidecar {found.name} lies beside it", str(content.get("positive_rudder") or "")
+    for table in tables:
+        of_record = bool(content) and set(content) <= set(SidecarFile.model_fields)
+        if of_record and all(column.name in ACCEPTED for column in table.columns):  # its format states units and signs
+            table = table.told(lambda column: _as_channel(column, by, side))
+        if any(said.get(joined(c.name)) for c in table.columns):
+            done = f"units and signs by {found.name}"
+            table = table.told(lambda c: replace(c, said=(*c.said, *said.get(joined(c.name), ()))), done)
+        out.append(table)
+    return out
 
 
 def _as_channel(column: RawColumn, by: str, side: str) -> RawColumn:
@@ -243,10 +230,3 @@ def _statement(key: str, value: str) -> str:
     if key.lower() in ("positive", "sign", "positive_to", "positive_side", "direction"):
         return value if "positive" in value.lower() or "+" in value else f"positive to {value}"
     return value if key.lower() in ("unit", "units", "description", "comment", "note", "einheit", "convention") else ""
-
-
-def _with_statements(table: RawTable, said: Mapping[str, Sequence[str]], name: str) -> RawTable:
-    if not any(said.get(joined(c.name)) for c in table.columns):
-        return table
-    done = f"units and signs by {name}"
-    return table.told(lambda c: replace(c, said=(*c.said, *said.get(joined(c.name), ()))), done)

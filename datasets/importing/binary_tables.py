@@ -15,10 +15,9 @@ import numpy as np
 
 from ...models.errors import BadInput
 from ...models.extras import extras_told
-from .layout import Line, table_of
+from .layout import Line, blocks_of, table_of
 from .moments import moment
 from .raw import RawColumn, RawTable, usable
-from .several_tables import blocks_of
 
 SINCE = re.compile(r"(?P<unit>[a-z]+) since (?P<start>\d.*)", re.IGNORECASE)
 """The unit of a time with its start (Climate and Forecast conventions 1.11, section 4.4)."""
@@ -34,30 +33,24 @@ def read_excel(data: bytes, path: Path) -> list[RawTable]:
     import openpyxl
 
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-    sheets = {sheet.title: _lines(sheet) for sheet in book.worksheets}
-    blocks = [(name, block) for name, lines in sheets.items() for block in (blocks_of(lines) if lines else ())]
-    tables = [(name, table_of(block, block, path.name, name)) for name, block in blocks]
+    tables: list[tuple[str, RawTable | None]] = []
+    for sheet in book.worksheets:
+        name, lines = sheet.title, []
+        rows = [tuple(map(_cell, row)) for row in sheet.iter_rows(values_only=True)]
+        used = max((i + 1 for row in rows for i, cell in enumerate(row) if cell), default=0)
+        for number, row in enumerate(rows, start=1):
+            if any(row):
+                cells = (row[0].lstrip("#%/ "), *row[1:used])
+                lines.append(Line(number, cells, row[0].startswith(("#", "%", "//"))))
+        blocks = blocks_of(lines) if lines else []
+        tables += [(name, table_of(block, block, path.name, name)) for block in blocks]
     empty = [name for name, table in tables if table is None]
-    found = usable([t for _, t in tables], path, "no sheet holds rows of numbers", f"sheets: {', '.join(sheets)}")
+    hint = f"sheets: {', '.join(sheet.title for sheet in book.worksheets)}"
+    found = usable([t for _, t in tables], path, "no sheet holds rows of numbers", hint)
     if empty:
         note = f"sheet {', '.join(empty)}: no rows of numbers, not used"
         found[0] = replace(found[0], done=(note, *found[0].done))
     return found
-
-
-def _lines(sheet: Any) -> list[Line]:
-    rows = [tuple(_cell(value) for value in row) for row in sheet.iter_rows(values_only=True)]
-    used = max((i + 1 for row in rows for i, cell in enumerate(row) if cell), default=0)
-    marked = ("#", "%", "//")
-    return [
-        Line(
-            number,
-            tuple(cell.lstrip("#%/ ") if i == 0 else cell for i, cell in enumerate(row[:used])),
-            row[0].startswith(marked),
-        )
-        for number, row in enumerate(rows, start=1)
-        if any(row)
-    ]
 
 
 def _cell(value: Any) -> str:
@@ -94,31 +87,40 @@ def _with_rate(tables: Sequence[RawTable], content: Mapping[str, Any]) -> list[R
 
 
 def read_netcdf(data: bytes, path: Path) -> list[RawTable]:
-    """The series of a classic netCDF file: one table for every length of arrays."""
-    return _tables_of(*netcdf_content(data), path)
+    """The series of a classic netCDF file, read by SciPy: one table for every length of arrays."""
+    from scipy.io import netcdf_file
+
+    content: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    with netcdf_file(io.BytesIO(data), "r", mmap=False) as file:
+        for name, variable in file.variables.items():
+            stated = vars(variable)["_attributes"]
+            content[name] = unpacked(np.array(variable[:]) if variable.shape else np.array(variable.data), stated)
+            unit = next((text for key in UNIT_ATTRIBUTES if (text := text_of(stated.get(key)))), "")
+            units |= {name: unit} if unit else {}
+    return _tables_of(content, units, path)
 
 
 def _tables_of(content: Mapping[str, Any], units: dict[str, str], path: Path) -> list[RawTable]:
-    """A table for every structure and length of arrays."""
+    """A table for every structure and length of arrays.
+
+    A structure of units counts for the arrays beside it, and for those of the only structure beside it.
+    """
     groups: dict[tuple[str, int], dict[str, np.ndarray]] = defaultdict(dict)
     told: dict[str, dict[str, str]] = {}
     _collect(content, "", groups, told)
-    units = _units_by_path(groups, told) | units
-    tables = [_mat_table(path, where, group, units) for (where, _), group in groups.items() if len(group) > 1]
-    hint = "series must be numeric arrays of equal length; timeseries objects cannot be read outside MATLAB"
-    return usable(tables, path, "no numeric arrays of equal length found", hint)
-
-
-def _units_by_path(groups: Mapping[tuple[str, int], Any], told: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
-    """Path of an array -> its unit: a structure of units counts for the arrays beside it, and for those of the only
-    structure beside it."""
-    found: dict[str, str] = {}
-    places = {where for where, _ in groups}
-    for where, units in told.items():
+    places, stated = {where for where, _ in groups}, dict[str, str]()
+    for where, own in told.items():
         below = {place for place in places if place != where and place.rpartition(".")[0] == where}
         for place in {where} | (below if len(below) == 1 else set()):
-            found |= {f"{place}.{name}".strip("."): unit for name, unit in units.items()}
-    return found
+            stated |= {f"{place}.{name}".strip("."): unit for name, unit in own.items()}
+    stated |= units
+    tables = []
+    for (where, size), group in groups.items():
+        columns = [_column(name, stated.get(f"{where}.{name}".strip("."), ""), own) for name, own in group.items()]
+        tables += [RawTable.of(path, columns, f"{len(columns)} arrays of {size}", where)] if len(group) > 1 else []
+    hint = "series must be numeric arrays of equal length; timeseries objects cannot be read outside MATLAB"
+    return usable(tables, path, "no numeric arrays of equal length found", hint)
 
 
 def _collect(content: Mapping[str, Any], where: str, groups: Any, units: dict[str, dict[str, str]]) -> None:
@@ -135,8 +137,15 @@ def _collect(content: Mapping[str, Any], where: str, groups: Any, units: dict[st
         array = np.asarray(value)
         if array.dtype.kind not in "fiub" or array.size < FEWEST or array.ndim > 2:
             continue
-        for column, series in _series(name, array, labels):
-            groups[where, series.size][column] = series
+        squeezed = np.squeeze(array).astype(float)
+        if squeezed.ndim == 1:
+            groups[where, squeezed.size][name] = squeezed
+            continue
+        # the columns of a matrix, with the only labels that are as many, or else with numbered names
+        tall = squeezed if squeezed.shape[0] > squeezed.shape[1] else squeezed.T
+        fitting = [own for own in labels if len(set(own)) == len(own) == tall.shape[1]]
+        names = fitting[0] if len(fitting) == 1 else [f"{name} {i + 1}" for i in range(tall.shape[1])]
+        groups[where, tall.shape[0]] |= {called: tall[:, i].copy() for i, called in enumerate(names)}
 
 
 def _texts(value: Any) -> list[str]:
@@ -169,26 +178,6 @@ def _split(label: str, values: np.ndarray, size: int) -> dict[str, np.ndarray]:
     return {name: tall[:, i].copy() for i, name in enumerate(names)}
 
 
-def _series(name: str, array: np.ndarray, labels: Sequence[Sequence[str]]) -> list[tuple[str, np.ndarray]]:
-    """The series of an array: itself, or the columns of a matrix with the only labels that are as many, or else with
-    numbered names."""
-    squeezed = np.squeeze(array).astype(float)
-    if squeezed.ndim == 1:
-        return [(name, squeezed)]
-    tall = squeezed if squeezed.shape[0] > squeezed.shape[1] else squeezed.T
-    count = tall.shape[1]
-    fitting = [own for own in labels if len(set(own)) == len(own) == count]
-    names = fitting[0] if len(fitting) == 1 else [f"{name} {i + 1}" for i in range(count)]
-    return [(names[i], tall[:, i].copy()) for i in range(count)]
-
-
-def _mat_table(path: Path, where: str, group: Mapping[str, np.ndarray], units: Mapping[str, str]) -> RawTable:
-    columns = tuple(
-        _column(name, units.get(f"{where}.{name}".strip("."), ""), values) for name, values in group.items()
-    )
-    return RawTable.of(path, columns, f"{len(columns)} arrays of {columns[0].numbers.size}", where)
-
-
 def _column(name: str, unit: str, values: np.ndarray) -> RawColumn:
     """A column; a time since a moment that its unit states is one since 1970."""
     match = SINCE.fullmatch(unit.strip())
@@ -199,7 +188,7 @@ def _column(name: str, unit: str, values: np.ndarray) -> RawColumn:
     return RawColumn(name, "s", seconds, "time", f"its unit states {unit}")
 
 
-# ---- HDF5 files and MAT files of version 7.3, read by h5py, and classic netCDF files, read by SciPy.
+# ---- HDF5 files and MAT files of version 7.3, read by h5py.
 
 MOST_ITEMS, MOST_DEPTH, MOST_BYTES, MOST_NAMES = 10_000, 12, 2**31, 2000
 UNIT_ATTRIBUTES = ("units", "unit", "Units", "Unit", "UNIT", "einheit")
@@ -233,24 +222,19 @@ def _group(h5py: Any, group: Any, where: str, units: dict[str, str], count: list
         if isinstance(item, h5py.Group):
             out[name] = _group(h5py, item, f"{where}.{name}".strip("."), units, count)
         elif isinstance(item, h5py.Dataset) and not item.is_virtual and not item.external and item.nbytes < MOST_BYTES:
-            _take(h5py, where, name, item, out, units)
+            unit = next((text for key in UNIT_ATTRIBUTES if (text := text_of(item.attrs.get(key)))), "")
+            units |= {f"{where}.{name}".strip("."): unit} if unit else {}
+            if text_of(item.attrs.get("MATLAB_class")) == "char":
+                out[name] = "".join(map(chr, np.asarray(item[()]).ravel(order="F").astype(int).tolist()))
+            elif item.dtype.names:
+                table = item[()]
+                out[name] = {field: table[field] for field in item.dtype.names}
+            elif item.dtype.kind in "fiub":
+                out[name] = unpacked(np.asarray(item[()]), item.attrs)
+            elif h5py.check_string_dtype(item.dtype) is not None and item.size <= MOST_NAMES:
+                texts = np.array([text_of(one) for one in np.ravel(item[()])])
+                out[name] = text_of(item[()]) if item.shape == () else texts
     return out
-
-
-def _take(h5py: Any, where: str, name: str, item: Any, out: dict[str, Any], units: dict[str, str]) -> None:
-    unit = next((text for key in UNIT_ATTRIBUTES if (text := text_of(item.attrs.get(key)))), "")
-    if unit:
-        units[f"{where}.{name}".strip(".")] = unit
-    if text_of(item.attrs.get("MATLAB_class")) == "char":
-        out[name] = "".join(map(chr, np.asarray(item[()]).ravel(order="F").astype(int).tolist()))
-        return
-    if item.dtype.names:
-        table = item[()]
-        out[name] = {field: table[field] for field in item.dtype.names}
-    elif item.dtype.kind in "fiub":
-        out[name] = unpacked(np.asarray(item[()]), item.attrs)
-    elif h5py.check_string_dtype(item.dtype) is not None and item.size <= MOST_NAMES:
-        out[name] = text_of(item[()]) if item.shape == () else np.array([text_of(one) for one in np.ravel(item[()])])
 
 
 def unpacked(values: np.ndarray, stated: Mapping[str, Any]) -> np.ndarray:
@@ -270,53 +254,31 @@ def text_of(value: Any) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else value if isinstance(value, str) else ""
 
 
-def netcdf_content(data: bytes) -> tuple[dict[str, Any], dict[str, str]]:
-    """(arrays of a file, name of an array -> its unit)."""
-    from scipy.io import netcdf_file
-
-    content: dict[str, Any] = {}
-    units: dict[str, str] = {}
-    with netcdf_file(io.BytesIO(data), "r", mmap=False) as file:
-        for name, variable in file.variables.items():
-            stated = vars(variable)["_attributes"]
-            content[name] = unpacked(np.array(variable[:]) if variable.shape else np.array(variable.data), stated)
-            units[name] = next((text for key in UNIT_ATTRIBUTES if (text := text_of(stated.get(key)))), "")
-    return content, {name: unit for name, unit in units.items() if unit}
-
-
 # ---- Parquet and Arrow files, read by PyArrow.
 
 MOST_CELLS = 200_000_000
 
 
-def read_parquet(data: bytes, path: Path) -> list[RawTable]:
-    """The table of a Parquet file, with the units that its fields state; BadInput where it holds none, or too many."""
+def read_arrow(data: bytes, path: Path) -> list[RawTable]:
+    """The table of a Parquet file or of one of Arrow's (Feather), with the units that its fields state; BadInput where
+    it holds none, or too many."""
     with extras_told():
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-    file = pq.ParquetFile(pa.BufferReader(data))
-    if file.metadata.num_rows * max(file.metadata.num_columns, 1) > MOST_CELLS:
+    source, parquet = pa.BufferReader(data), data.startswith(b"PAR1")
+    file: Any = pq.ParquetFile(source) if parquet else pa.ipc.open_file(source)
+    if parquet:
+        rows, width = file.metadata.num_rows, file.metadata.num_columns
+    else:
+        rows, width = sum(file.get_batch(i).num_rows for i in range(file.num_record_batches)), len(file.schema)
+    if rows * max(width, 1) > MOST_CELLS:
         raise BadInput(f"more than {MOST_CELLS:,} cells", file=path, hint="cut it into parts")
-    return [_of_arrow(file.read(), path, "Parquet")]
-
-
-def read_arrow(data: bytes, path: Path) -> list[RawTable]:
-    """The table of a file of Arrow's (Feather), as `read_parquet`."""
-    with extras_told():
-        import pyarrow as pa
-
-    file = pa.ipc.open_file(pa.BufferReader(data))
-    if sum(file.get_batch(i).num_rows for i in range(file.num_record_batches)) * max(len(file.schema), 1) > MOST_CELLS:
-        raise BadInput(f"more than {MOST_CELLS:,} cells", file=path, hint="cut it into parts")
-    return [_of_arrow(file.read_all(), path, "Arrow")]
-
-
-def _of_arrow(table: Any, path: Path, kind: str) -> RawTable:
+    table = file.read() if parquet else file.read_all()
     columns = [_of_field(field, table.column(i)) for i, field in enumerate(table.schema)]
     if all(column.known == "not used" for column in columns) or table.num_rows < 1:
         raise BadInput("no columns of numbers found", file=path)
-    return RawTable.of(path, columns, kind)
+    return [RawTable.of(path, columns, "Parquet" if parquet else "Arrow")]
 
 
 def _of_field(field: Any, values: Any) -> RawColumn:

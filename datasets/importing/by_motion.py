@@ -18,10 +18,10 @@ import numpy as np
 
 from ..signals import integral
 from ..yaw_response import YawResponse, yaw_response
-from . import roles
+from . import steering
 from .evidence import ClockSeries
+from .quantities import UNITS
 from .times import TableTime
-from .units import UNITS
 
 GRID, COARSE = 1500, 400
 """Samples of the even grid on which columns are compared, and fewer for the courses of all pairs."""
@@ -97,23 +97,18 @@ def motion_of(time: np.ndarray, columns: Mapping[str, np.ndarray], known: Mappin
     width = max(1, round(fresh.sum() / count))
     values, turns = {}, {}
     for name, column in columns.items():
-        own = column[fresh]
-        sound = np.isfinite(own)
-        if sound.sum() < 0.5 * sound.size or np.ptp(own[sound]) <= 1e-9 * max(1.0, float(np.abs(own[sound]).max())):
+        sound = np.isfinite(column[fresh])
+        own = column[fresh][sound]
+        if sound.sum() < 0.5 * sound.size or np.ptp(own) <= 1e-9 * max(1.0, float(np.abs(own).max())):
             continue
-        straight, period = _without_jumps(own[sound])
-        turns |= {name: period} if period else {}
-        values[name] = np.interp(grid, at[sound], smooth(straight, width))
+        steps, span = np.abs(np.diff(own)), float(np.ptp(own))
+        for period in (360.0, 2.0 * math.pi):  # jumps of a full turn
+            jumps = np.any(steps > 0.9 * period) and np.median(steps) < 0.1 * period
+            if 0.9 * period < span <= 1.01 * period and jumps:
+                own, turns[name] = np.unwrap(own, period=period), period
+                break
+        values[name] = np.interp(grid, at[sound], smooth(own, width))
     return ColumnMotion(grid - grid[0], values, turns, {n: m for n, m in known.items() if n in values})
-
-
-def _without_jumps(values: np.ndarray) -> tuple[np.ndarray, float]:
-    """Values without jumps of a full turn, and the period of those; 0 where there are none."""
-    steps, span = np.abs(np.diff(values)), float(np.ptp(values))
-    for period in (360.0, 2.0 * math.pi):
-        if 0.9 * period < span <= 1.01 * period and np.any(steps > 0.9 * period) and np.median(steps) < 0.1 * period:
-            return np.unwrap(values, period=period), period
-    return values, 0.0
 
 
 def smooth(values: np.ndarray, width: int) -> np.ndarray:
@@ -124,9 +119,6 @@ def smooth(values: np.ndarray, width: int) -> np.ndarray:
     from scipy.ndimage import uniform_filter1d
 
     return uniform_filter1d(values, width, mode="nearest")
-
-
-# ------------------------------------------------------------------------------------------------ relations
 
 
 def worth(explained: float) -> float:
@@ -175,9 +167,20 @@ class ColumnMotion:
         self.width, self.coarse = max(3, time.size // 60), slice(None, None, max(1, time.size // COARSE))
         self.smoothed = {name: smooth(x, self.width) for name, x in values.items()}
         self.speeds = {name: np.gradient(x, self.step) for name, x in self.smoothed.items()}
-        fits = {pair: self._rate_fit(*pair) for pair in itertools.permutations(values, 2)}
-        self.rates = {pair: fit for pair, fit in fits.items() if fit[0] > RATE_FIT}
         self.responses = dict[tuple[str, str], YawResponse | None]()
+        self.rates = dict[tuple[str, str], tuple[float, float]]()
+        """(angle, rate) -> (share of a column beyond a straight line that k times the integral of another explains, k),
+        where that is `RATE_FIT` or more."""
+        wholes = {name: straight(time, x) for name, x in values.items()}
+        summed = {name: straight(time, integral(x, time)) for name, x in values.items()}
+        for whole, rate in itertools.permutations(values, 2):
+            y, z = wholes[whole], summed[rate]
+            power, other = float(z @ z), float(y @ y)
+            if power > 0.0 and other > 0.0:
+                k = float(y @ z) / power
+                left = y - k * z
+                share = 1.0 - float(left @ left) / other
+                self.rates |= {(whole, rate): (share, k)} if share > RATE_FIT else {}
 
     def open(self) -> list[str]:
         """Columns of which nothing is known."""
@@ -194,17 +197,6 @@ class ColumnMotion:
     def series(self, name: str) -> ClockSeries:
         """A column over time."""
         return ClockSeries(self.time, self.values[name], "", False)
-
-    def _rate_fit(self, whole: str, rate: str) -> tuple[float, float]:
-        """(share of a column beyond a straight line that k times the integral of another one explains, k)."""
-        summed = integral(self.values[rate], self.time)
-        y, z = straight(self.time, self.values[whole]), straight(self.time, summed)
-        power, other = float(z @ z), float(y @ y)
-        if not (power > 0.0 and other > 0.0):
-            return 0.0, 0.0
-        k = float(y @ z) / power
-        left = y - k * z
-        return 1.0 - float(left @ left) / other, k
 
     # ---- heading and yaw rate
 
@@ -232,7 +224,7 @@ class ColumnMotion:
                 yield rate, replace(known[rate], worth=worth(share))
             elif rate not in self.known:
                 scale = k * UNITS[of.unit].factor * of.sign
-                unit, apart = _nearest(abs(scale), RATES)
+                apart, unit = min((abs(math.log(abs(scale) / UNITS[unit].factor)), unit) for unit in RATES)
                 if apart < SCALE:
                     why = f"its integral explains {share:.1%} of {heading}"
                     largest = float(np.abs(self.smoothed[rate]).max()) * UNITS[unit].factor
@@ -242,10 +234,23 @@ class ColumnMotion:
     # ---- tracks
 
     def tracks(self, heading: str, of: Meaning) -> Iterator[Track]:
-        """Pairs of positions whose course goes with a heading."""
+        """Pairs of positions whose course goes with a heading, the second with the sign with which it does."""
         psi = smooth(self.si(heading, of), self.width)[self.coarse]
-        tracks = (self._track(psi, meanings) for meanings in self._pairs(heading))
-        yield from (track for track in tracks if track is not None)
+        for meanings in self._pairs(heading):
+            (first, one), (second, other) = meanings.items()
+            velocity = self._over_ground(meanings)
+            if not SPEEDS[0] < float(np.abs(velocity).mean()) < SPEEDS[1]:
+                continue
+            signs = (1,) if second in self.known or one.quantity == "latitude" else (1, -1)
+            tried = {sign: velocity if sign > 0 else velocity.conj() for sign in signs}
+            fits = {sign: _course_fit(own[self.coarse], psi) for sign, own in tried.items()}
+            sign, (share, offset) = max(fits.items(), key=lambda entry: entry[1][0] - entry[1][1])
+            if share >= TURN_FIT and offset <= BIAS:
+                why = f"the course of {first} and {second} explains {share:.1%} of the heading"
+                said = {"why": why, "worth": (worth(share) - offset / BIAS) / 2.0}
+                yield tried[sign], {
+                    first: replace(one, **said), second: replace(other, sign=other.sign * sign, **said)
+                }  # fmt: skip
 
     def _pairs(self, heading: str) -> Iterator[dict[str, Meaning]]:
         norths, easts = self.of("north"), self.of("east")
@@ -270,24 +275,6 @@ class ColumnMotion:
         steady = float(np.std(np.diff(self.values[name])) + abs(np.diff(self.values[name]).mean()))
         return rough < 1.5 * steady
 
-    def _track(self, psi: np.ndarray, meanings: dict[str, Meaning]) -> Track | None:
-        """The track of two columns with the sign of the second that goes with a heading; None where neither does."""
-        (first, one), (second, other) = meanings.items()
-        velocity = self._over_ground(meanings)
-        if not SPEEDS[0] < float(np.abs(velocity).mean()) < SPEEDS[1]:
-            return None
-        signs = (1,) if second in self.known or one.quantity == "latitude" else (1, -1)
-        tried = {sign: velocity if sign > 0 else velocity.conj() for sign in signs}
-        fits = {sign: _course_fit(own[self.coarse], psi) for sign, own in tried.items()}
-        sign, (share, offset) = max(fits.items(), key=lambda entry: entry[1][0] - entry[1][1])
-        if share < TURN_FIT or offset > BIAS:
-            return None
-        why = f"the course of {first} and {second} explains {share:.1%} of the heading"
-        value = worth(share) - offset / BIAS
-        said = {"why": why, "worth": value / 2.0}
-        told = {first: replace(one, **said), second: replace(other, sign=other.sign * sign, **said)}
-        return tried[sign], told
-
     def _over_ground(self, meanings: Mapping[str, Meaning]) -> np.ndarray:
         """Velocities north + i east (n,), m/s, of two columns of positions."""
         (first, one), (second, other) = meanings.items()
@@ -309,7 +296,7 @@ class ColumnMotion:
         }  # fmt: skip
         course = np.unwrap(np.angle(velocity))
         free = [name for name in self.open() if name not in taken]
-        able = {name: [*self._as_velocity(name, wanted), *self._as_course(name, course)] for name in free}
+        able = {name: list(self._over_track(name, wanted, course)) for name in free}
         kinds = {m.quantity for own in [*able.values(), meanings.values()] for m in own}
         of_receiver = bool(kinds & {"course_over_ground", "latitude"})
         for name, own in able.items():
@@ -317,32 +304,32 @@ class ColumnMotion:
                 best = max(own, key=lambda meaning: meaning.worth)
                 yield name, _over_ground(own, best) if of_receiver else best
 
-    def _as_velocity(self, name: str, wanted: Mapping[str, np.ndarray]) -> Iterator[Meaning]:
+    def _over_track(self, name: str, wanted: Mapping[str, np.ndarray], course: np.ndarray) -> Iterator[Meaning]:
+        """What a column may be of a track, by its velocities and its course, rad."""
         values = self.smoothed[name]
-        for quantity, series in wanted.items():
-            for unit, sign in itertools.product(VELOCITIES, (1, -1)):
-                if sign < 0 and quantity != "sway":
-                    continue
-                own = sign * UNITS[unit].factor * values
-                alike, size = likeness(series, own), agreement(series, own)
-                if alike > SPEED_FIT or (alike > 0.0 and size > 0.99) or (quantity == "sway" and alike > TURN_FIT):
-                    yield Meaning(quantity, unit, sign, f"agrees with the track to {alike:.1%}", worth(alike))
-
-    def _as_course(self, name: str, course: np.ndarray) -> Iterator[Meaning]:
+        for (quantity, series), unit, sign in itertools.product(wanted.items(), VELOCITIES, (1, -1)):
+            if sign < 0 and quantity != "sway":
+                continue
+            own = sign * UNITS[unit].factor * values
+            alike, size = likeness(series, own), agreement(series, own)
+            if alike > SPEED_FIT or (alike > 0.0 and size > 0.99) or (quantity == "sway" and alike > TURN_FIT):
+                yield Meaning(quantity, unit, sign, f"agrees with the track to {alike:.1%}", worth(alike))
         for unit in self._angle_units(name):
-            own = UNITS[unit].factor * self.smoothed[name]
+            own = UNITS[unit].factor * values
             turn = 2.0 * math.pi * np.round(np.mean(course - own) / (2.0 * math.pi))
             share = likeness(course - course.mean(), own + turn - course.mean())
             if share > 0.98:
-                yield Meaning("course_over_ground", unit, 1, f"agrees with the course of the track to {share:.1%}",
-                              worth(share))  # fmt: skip
+                why = f"agrees with the course of the track to {share:.1%}"
+                yield Meaning("course_over_ground", unit, 1, why, worth(share))
 
     # ---- rudder
 
     def rudders(self, turning: str, rate: np.ndarray, taken: set[str], unit: str) -> list[tuple[str, Meaning]]:
         """Columns that the yaw rate, of a column, answers: the one that is ahead of the others, or none."""
-        able = [n for n in self.open() if n not in taken and any(self._may_steer(n, u) for u in ANGLES)]
-        tried = [(self._response(turning, rate, name), name) for name in able]
+        sizes = {name: float(np.abs(self.values[name]).max()) for name in self.open() if name not in taken}
+        units = {n: [u for u in ("rad", "deg") if LEAST_RUDDER < size * UNITS[u].factor < MOST_RUDDER]
+                 for n, size in sizes.items()}  # fmt: skip
+        tried = [(self._response(turning, rate, name), name) for name in units if units[name]]
         answers = sorted(((r, name) for r, name in tried if r is not None), key=lambda entry: -entry[0].beyond)
         if not answers:
             return []
@@ -354,23 +341,19 @@ class ColumnMotion:
         rivals = answers[1:] if faint else rivals
         least = FAINT / AHEAD if best.beyond > FAINT else 1.0
         told = [(r.beyond, name) for r, name in (answers[0], *rivals) if r.beyond > least][:MOST_RIVALS]
-        return [(name, self._helm(name, share, unit, len(told))) for share, name in told]
+        helms = []
+        for share, name in told:
+            own = units[name][0]
+            value = (worth(share) + (SAME_UNIT if own == unit else 0.0)) / len(told)
+            why = f"the yaw rate follows it: {share:.1%} beyond what it is at the same time"
+            helms.append((name, Meaning("rudder", own, 1, why, value)))
+        return helms
 
     def _response(self, turning: str, rate: np.ndarray, name: str) -> YawResponse | None:
         """The response of a yaw rate, of a column or the rate of one, in any unit of it."""
         if (turning, name) not in self.responses:
             self.responses[turning, name] = yaw_response(self.time, rate, self.values[name])
         return self.responses[turning, name]
-
-    def _helm(self, name: str, share: float, unit: str, rivals: int) -> Meaning:
-        units = [u for u in ("rad", "deg") if self._may_steer(name, u)]
-        value = (worth(share) + (SAME_UNIT if units[0] == unit else 0.0)) / rivals
-        why = f"the yaw rate follows it: {share:.1%} beyond what it is at the same time"
-        return Meaning("rudder", units[0], 1, why, value)
-
-    def _may_steer(self, name: str, unit: str) -> bool:
-        largest = float(np.abs(self.values[name]).max()) * UNITS[unit].factor
-        return LEAST_RUDDER < largest < MOST_RUDDER
 
 
 def _over_ground(able: Sequence[Meaning], best: Meaning) -> Meaning:
@@ -421,16 +404,6 @@ def _beyond(size: float, usual: tuple[float, float]) -> float:
     return max(above, below)
 
 
-def _nearest(scale: float, units: Sequence[str]) -> tuple[str, float]:
-    """The unit of some whose factor is the nearest to a measured scale, and the difference of their logarithms."""
-    if not (scale > 0.0 and math.isfinite(scale)):
-        return units[0], math.inf
-    return min(((unit, abs(math.log(scale / UNITS[unit].factor))) for unit in units), key=lambda entry: entry[1])
-
-
-# ------------------------------------------------------------------------------------------------ the whole
-
-
 @dataclass(frozen=True)
 class Assignment:
     """What open columns are, what that is worth in all, and the time of the table under which it is so."""
@@ -451,30 +424,24 @@ class Assignment:
         told = {m.quantity for m in self.meanings.values()}
         if not told & {"heading", "yaw_rate"} or told & {"latitude", "longitude", "course_over_ground"}:
             return []
-        from_east = (True,) if "north" in told or "heading" not in told else (True, False)
-        turned = ({name: _mirror(m, east) for name, m in self.meanings.items()} for east in from_east)
-        return [replace(self, meanings=meanings) for meanings in turned]
-
-    def contradicts(self, other: Assignment) -> bool:
-        """Whether another assignment takes one column for something else, or another column for the same."""
-        columns, quantities = {n for n, _, _ in self.main}, {q for _, q, _ in self.main}
-        return any(entry not in self.main and (entry[0] in columns or entry[1] in quantities) for entry in other.main)
+        out = []
+        for from_east in (True,) if "north" in told or "heading" not in told else (True, False):
+            turned = {}
+            for name, meaning in self.meanings.items():
+                own = replace(meaning, quantity=EXCHANGED.get(meaning.quantity, meaning.quantity))
+                if meaning.quantity in ("heading", "yaw_rate", "sway"):
+                    quarter = math.pi / 2.0 / UNITS[meaning.unit].factor
+                    offset = round(quarter, 9) if meaning.quantity == "heading" and from_east else 0.0
+                    own = replace(meaning, sign=-meaning.sign, offset=offset)
+                turned[name] = own
+            out.append(replace(self, meanings=turned))
+        return out
 
 
 EXCHANGED = {
     "north": "east", "east": "north", "velocity_north": "velocity_east", "velocity_east": "velocity_north",
 }  # fmt: skip
 """Quantities that change places in a frame whose axes are exchanged."""
-
-
-def _mirror(meaning: Meaning, from_east: bool) -> Meaning:
-    """What a column is in a frame whose axes are exchanged, in which a heading counts from east, or from north."""
-    if meaning.quantity in EXCHANGED:
-        return replace(meaning, quantity=EXCHANGED[meaning.quantity])
-    if meaning.quantity not in ("heading", "yaw_rate", "sway"):
-        return meaning
-    quarter = math.pi / 2.0 / UNITS[meaning.unit].factor if meaning.quantity == "heading" and from_east else 0.0
-    return replace(meaning, sign=-meaning.sign, offset=round(quarter, 9))
 
 
 def assignments(motion: ColumnMotion) -> list[Assignment]:
@@ -497,10 +464,14 @@ def assignments(motion: ColumnMotion) -> list[Assignment]:
     if not ranked or ranked[0].worth < LEAST_WORTH:
         return []
     first = ranked[0]
+    columns, told = {n for n, _, _ in first.main}, {q for _, q, _ in first.main}
     # also that in the other unit, where no track tells it
-    told = {q for _, q, _ in first.main} & {"north", "latitude"} or motion.turns
-    least = first.worth - (NEAR if told else NEAR_UNIT)
-    near = [made for made in ranked[1:] if made.worth > least and first.contradicts(made)]
+    least = first.worth - (NEAR if told & {"north", "latitude"} or motion.turns else NEAR_UNIT)
+    near = [
+        made
+        for made in ranked[1:]
+        if made.worth > least and any(e not in first.main and (e[0] in columns or e[1] in told) for e in made.main)
+    ]
     return [replace(m, meanings={n: x for n, x in m.meanings.items() if n not in motion.known}) for m in (first, *near)]
 
 
@@ -532,7 +503,7 @@ def _completed(
     psi = motion.si(name, of)
     if track is not None:
         told |= track[1]
-        told |= _body(_unique(motion.velocities(track, psi, set(told))))
+        told |= _body(motion.velocities(track, psi, set(told)))
     turning = motion.si(*rate) if rate is not None else np.gradient(smooth(psi, motion.width), motion.step)
     column = rate[0] if rate is not None else f"the rate of {name}"
     taken = set(told) | set(motion.known)
@@ -547,7 +518,7 @@ def _with_order(motion: ColumnMotion, name: str, helm: Meaning, taken: set[str])
     size = float(np.ptp(own.values))
     for other in motion.open():
         alike = ORDER_SIZE[0] < float(np.ptp(motion.values[other])) / size < ORDER_SIZE[1]
-        lead = roles.lead(motion.series(other), own) if alike and other != name and other not in taken else 0
+        lead = steering.lead(motion.series(other), own) if alike and other != name and other not in taken else 0
         if lead:
             order, rudder = (other, name) if lead > 0 else (name, other)
             sign = 1 if float(np.corrcoef(motion.values[order], motion.values[rudder])[0, 1]) > 0.0 else -1
@@ -556,22 +527,18 @@ def _with_order(motion: ColumnMotion, name: str, helm: Meaning, taken: set[str])
     return {name: helm}
 
 
-def _unique(meanings: Iterator[tuple[str, Meaning]]) -> dict[str, Meaning]:
-    """Of columns of one quantity the one that is worth most."""
+def _body(meanings: Iterator[tuple[str, Meaning]]) -> dict[str, Meaning]:
+    """Velocities, of columns of one quantity the one that is worth most; one to starboard stands beside one forward in
+    its unit, or is none."""
     best: dict[str, tuple[str, Meaning]] = {}
     for name, meaning in meanings:
         if meaning.quantity not in best or meaning.worth > best[meaning.quantity][1].worth:
             best[meaning.quantity] = (name, meaning)
-    return dict(best.values())
-
-
-def _body(meanings: dict[str, Meaning]) -> dict[str, Meaning]:
-    """Velocities, of which one to starboard stands beside one forward in its unit, or is none."""
-    side = next((name for name, m in meanings.items() if m.quantity == "sway"), None)
-    if side is None:
-        return meanings
-    forward = {n: m for n, m in meanings.items() if m.quantity in ("surge", "speed_over_ground")}
-    ahead = next((n for n, m in forward.items() if m.unit == meanings[side].unit), None)
-    if ahead is None:
-        return {name: meaning for name, meaning in meanings.items() if name != side}
-    return meanings | {ahead: replace(meanings[ahead], quantity="surge")}
+    told = dict(best.values())
+    if "sway" not in best:
+        return told
+    side, sway = best["sway"]
+    forward = [n for n, m in told.items() if m.quantity in ("surge", "speed_over_ground") and m.unit == sway.unit]
+    if not forward:
+        return {name: meaning for name, meaning in told.items() if name != side}
+    return told | {forward[0]: replace(told[forward[0]], quantity="surge")}

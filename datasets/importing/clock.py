@@ -12,9 +12,8 @@ from typing import TypeAlias
 import numpy as np
 
 from ..time_faults import LONGEST_STEP_S, SHORTEST_STEP_S
-from .cell_texts import Texts
-from .gps_time import EPOCH_S, WEEK_S
-from .moments import days_since_1970, moment
+from .cells import Texts
+from .moments import EPOCH_S, WEEK_S, days_since_1970, moment
 from .names import words
 from .quantities import names_in, vocabulary
 from .raw import RawColumn
@@ -94,41 +93,35 @@ def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
     texts = column.first(200)
     if not texts:
         return None
+    steps = np.abs(np.diff([_clock(text) for text in texts]))
+    # decimals behind a colon are of seconds where they go in usual steps, not of the minutes of an hour
+    in_seconds = bool(np.any(steps > 0.0)) and float(np.median(steps[steps > 0.0])) > LEAST_SHOWN_S
     for form, pattern in FORM_OF_TEXTS:
-        if _all(pattern, column) and (pattern is not MINUTES or _are_seconds(texts)):
+        if _all(pattern, column) and (pattern is not MINUTES or in_seconds):
             return TimeGuess((form,), "form of the texts", True)
     if _all(NAMED_DATE, column):
         return TimeGuess(("day first",), "form of the texts", True)
-    dates = [NUMERIC_DATE.fullmatch(text) for text in texts]
-    return _guess_order([match for match in dates if match], column) if all(dates) else None
-
-
-def _all(pattern: re.Pattern[str], column: RawColumn) -> bool:
-    """Whether the first texts of a column are of a form."""
-    texts = column.first(200)
-    return bool(texts) and all(pattern.fullmatch(text) for text in texts)
-
-
-def _are_seconds(texts: Sequence[str]) -> bool:
-    """Whether decimals behind a colon are of seconds, in usual steps, not of the minutes of an hour."""
-    steps = np.abs(np.diff([_clock(text) for text in texts]))
-    return bool(np.any(steps > 0.0)) and float(np.median(steps[steps > 0.0])) > LEAST_SHOWN_S
-
-
-def _guess_order(dates: Sequence[re.Match[str]], column: RawColumn) -> TimeGuess:
+    dates = [match for text in texts if (match := NUMERIC_DATE.fullmatch(text))]
+    if len(dates) < len(texts) or column.texts is None:
+        return None
     if any(int(match[1]) > 12 for match in dates):
         return TimeGuess(("day first",), "a day above 12", True)
     if any(int(match[3]) > 12 for match in dates):
         return TimeGuess(("month first",), "a day above 12", True)
     if dates[0][2] == "." or all(match[1] == match[3] for match in dates):
         return TimeGuess(("day first",), "form of the date", True)
-    assert column.texts is not None
     every = [match for text in column.texts.unique() if (match := NUMERIC_DATE.fullmatch(text))]
     firsts, seconds_ = ({match[place] for match in every} for place in (1, 3))
     if len(firsts) != len(seconds_) and min(len(firsts), len(seconds_)) == 1:
         why = "the day changes at midnight, the month does not"
         return TimeGuess(("day first" if len(firsts) > 1 else "month first",), why, True)
     return TimeGuess(("day first", "month first"), "day and month could be exchanged")
+
+
+def _all(pattern: re.Pattern[str], column: RawColumn) -> bool:
+    """Whether the first texts of a column are of a form."""
+    texts = column.first(200)
+    return bool(texts) and all(pattern.fullmatch(text) for text in texts)
 
 
 def _guess_number(numbers: np.ndarray, unit: str) -> TimeGuess | None:
@@ -224,10 +217,23 @@ def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
     """
     if form in ("date parts", "clock parts"):
         whole = 6 if form == "date parts" else 3
-        found = _of_parts([column.numbers for column in columns[:whole]])
-        return found + sum(_fraction(column) for column in columns[whole:])
+        *date, hour, minute, second = (column.numbers for column in columns[:whole])
+        found = 3600.0 * hour + 60.0 * minute + second
+        if date:
+            known = np.logical_and.reduce([np.isfinite(part) for part in date])
+            days = days_since_1970(*(np.where(known, part, 1.0).astype(np.int64) for part in date))
+            found = np.where(known, DAY * days + found, np.nan)
+        else:
+            found = _over_midnight(found)
+        for column in columns[whole:]:  # nano-, micro- or milliseconds; not known ones are none
+            own = words(column.name)[-1]
+            size = 1e-9 if own.startswith("n") else 1e-6 if own.startswith(("micro", "us")) else 1e-3
+            found = found + size * np.nan_to_num(column.numbers)
+        return found
     if form == "gps week":
-        return _of_weeks(*(column.numbers for column in columns))
+        week, second = (column.numbers for column in columns)
+        second = second * (1e-3 if np.nanmax(second, initial=0.0) > WEEK_S else 1.0)
+        return EPOCH_S + WEEK_S * np.where(week < WEEKS_OF_TEN_BITS, week + SINCE_2019, week) + second
     if len(columns) == 2:
         date, clock = seconds(columns[:1], form), _time_of_day(columns[1])
         if np.isfinite(date).any() and np.ptp(date[np.isfinite(date)]) > 0.0:
@@ -247,31 +253,19 @@ def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
             for period in (*COUNTERS, DAY / factor, WEEK_S / factor):
                 numbers = _going_on(numbers, period)
         return numbers * factor + offset
-    return _parsed(column, form)
+    # dates with times as seconds since 1970 (N,), computed once for each form; nan where a text is none
+    texts = column.texts
+    if texts is None:
+        return np.full(len(column.values), np.nan)
+    if form not in column.times:
+        column.times[form] = _moments(texts, form)
+    return column.times[form]
 
 
-def _of_parts(parts: Sequence[np.ndarray]) -> np.ndarray:
-    """Seconds (N,) of columns year, month, day, hour, minute, second, or of the last three alone."""
-    clock = 3600.0 * parts[-3] + 60.0 * parts[-2] + parts[-1]
-    if len(parts) < 6:
-        return _over_midnight(clock)
-    known = np.isfinite(parts[0]) & np.isfinite(parts[1]) & np.isfinite(parts[2])
-    days = days_since_1970(*(np.where(known, part, 1.0).astype(np.int64) for part in parts[:3]))
-    return np.where(known, DAY * days + clock, np.nan)
-
-
-def _fraction(column: RawColumn) -> np.ndarray:
-    """Seconds (N,) of a column of nano-, micro- or milliseconds; not known ones are none."""
-    own = words(column.name)[-1]
-    size = 1e-9 if own.startswith("n") else 1e-6 if own.startswith(("micro", "us")) else 1e-3
-    return size * np.nan_to_num(column.numbers)
-
-
-def _of_weeks(week: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """GPS time (N,), s since 1970, of weeks and seconds (or milliseconds) of them."""
-    known = second[np.isfinite(second)]
-    second = second * (1e-3 if known.size and known.max() > WEEK_S else 1.0)
-    return EPOCH_S + WEEK_S * np.where(week < WEEKS_OF_TEN_BITS, week + SINCE_2019, week) + second
+def _moments(texts: Texts, form: Form) -> np.ndarray:
+    """Dates with times as seconds since 1970 (N,); nan where a text is none."""
+    even = texts.moments() if form == "iso" and texts.arrow is not None else None
+    return texts.mapped(partial(moment, month_first=form == "month first")) if even is None else even
 
 
 def _time_of_day(column: RawColumn) -> np.ndarray:
@@ -326,21 +320,6 @@ def _going_on(clock: np.ndarray, period: float) -> np.ndarray:
     return out
 
 
-def _parsed(column: RawColumn, form: Form) -> np.ndarray:
-    """Dates with times as seconds since 1970 (N,), computed once for each form; nan where a text is none."""
-    if column.texts is None:
-        return np.full(len(column.values), np.nan)
-    if form not in column.times:
-        column.times[form] = _moments(column.texts, form)
-    return column.times[form]
-
-
-def _moments(texts: Texts, form: Form) -> np.ndarray:
-    """Dates with times as seconds since 1970 (N,); nan where a text is none."""
-    even = texts.moments() if form == "iso" and texts.arrow is not None else None
-    return texts.mapped(partial(moment, month_first=form == "month first")) if even is None else even
-
-
 def spread(time: np.ndarray) -> tuple[np.ndarray, str]:
     """Times (N,) of a clock of full seconds or of few digits, with the rows of one stamp spread evenly; what was
     done.
@@ -354,22 +333,16 @@ def spread(time: np.ndarray) -> tuple[np.ndarray, str]:
     first = np.flatnonzero(np.concatenate([[True], steps > 0.0]))
     if first.size < FEWEST_STAMPS:
         return time, ""
-    counts, rows = np.diff(first), np.arange(time.size)
+    counts, rows, repeated = np.diff(first), np.arange(time.size), int(np.sum(steps == 0.0))
     if np.ptp(counts[1:]) > 1.0 + 0.2 * np.median(counts):
-        return _as_even(time, steps, rows)
+        slope, start = np.polyfit(rows, time, 1)
+        even = start + slope * rows
+        if np.abs(time - even).max() > steps.max():
+            return time, ""
+        return even, f"{repeated} rows repeat a rounded time: spread evenly, {slope:.4g} s apart"
     inner = first[1:]
     slope = (time[inner[-1]] - time[inner[0]]) / (inner[-1] - inner[0]) if inner.size > 1 else steps.mean()
     out = np.interp(rows, inner, time[inner])
     out = np.where(rows < inner[0], time[inner[0]] - (inner[0] - rows) * slope, out)
     out = np.where(rows > inner[-1], time[inner[-1]] + (rows - inner[-1]) * slope, out)
-    repeated = int(np.sum(steps == 0.0))
     return out, f"{repeated} rows repeat the time of the row before: spread evenly, {slope:.4g} s apart"
-
-
-def _as_even(time: np.ndarray, steps: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, str]:
-    """Times (N,) as even steps where they differ from these by no more than their largest step, their rounding."""
-    slope, start = np.polyfit(rows, time, 1)
-    even = start + slope * rows
-    if np.abs(time - even).max() > steps.max():
-        return time, ""
-    return even, f"{int(np.sum(steps == 0.0))} rows repeat a rounded time: spread evenly, {slope:.4g} s apart"

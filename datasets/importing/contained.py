@@ -13,12 +13,13 @@ import pickle
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any
 
 from ...models.errors import BadInput
-from .binary_tables import read_arrow, read_excel, read_mat, read_netcdf, read_parquet
+from .binary_tables import read_arrow, read_excel, read_mat, read_netcdf
 from .formats.autopilots import read_ardupilot, read_px4
 from .formats.ros import read_bag
 from .raw import RawTable
@@ -28,7 +29,7 @@ READERS = {
     "a MAT file": read_mat,
     "an HDF5 file": read_mat,
     "a netCDF file": read_netcdf,
-    "a Parquet file": read_parquet,
+    "a Parquet file": read_arrow,
     "an Arrow file": read_arrow,
     "a PX4 log": read_px4,
     "an ArduPilot log": read_ardupilot,
@@ -107,7 +108,14 @@ class _Plain(pickle.Unpickler):
 
 def main(kind: str, path: str, seconds: str, most: str) -> int:
     """Read one file within a CPU time, s, and a memory, bytes; the status is that of this process."""
-    _limit(int(seconds), int(most))
+    with suppress(ImportError):  # where the system can limit the memory and the CPU time of this process
+        import resource
+
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        memory = int(most) if hard < 0 else min(int(most), hard)
+        resource.setrlimit(resource.RLIMIT_AS, (memory, hard))
+        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 2))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     told = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # whatever a library prints
     try:
@@ -130,18 +138,6 @@ def answer(kind: str, data: bytes, path: Path) -> list[RawTable] | BadInput:
     except Exception as error:  # whatever a library raises on damaged files
         said = f"not {kind} that can be read ({type(error).__name__})"
         return BadInput(said, file=path, hint=SAVE_AGAIN.get(kind, f"is it whole? {EXPORT}"))
-
-
-def _limit(seconds: int, most: int) -> None:
-    """Limit the memory and the CPU time of this process, where the system can."""
-    try:
-        import resource
-    except ImportError:
-        return
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    resource.setrlimit(resource.RLIMIT_AS, (most if hard < 0 else min(most, hard), hard))
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 2))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 if __name__ == "__main__":

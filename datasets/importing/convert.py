@@ -1,21 +1,25 @@
-"""A raw table and its mapping as quantities in SI units and radians over seconds."""
+"""A raw table and its mapping as quantities in SI units and radians over seconds, and these as channels of a record."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping as Dict
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from ..columns import RUDDERS, TWIN
+from ..geometry import body_velocities, on_plane
 from ..io import MIN_SAMPLES
-from .draft import NOT_USED
+from .draft import NOT_USED, Question
 from .finding import EITHER_SIDE, either_side
 from .mapping import ColumnMap, TableMap
+from .quantities import UNITS, quantities
 from .raw import RawColumn, RawTable
 from .result import FileFault
 from .times import TableTime
-from .units import UNITS
 
 FEW, MANY, HALF = 0.02, 0.2, 0.5
 """Share of rows that may be left out, of cells of a column that may be gaps for not being numbers, and of sentences or
@@ -89,7 +93,14 @@ class Stream:
 def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[list[Stream], list[FileFault]]:
     """The quantities of a table, of every run of it where its time starts again, and its faults; none where a fault is
     fatal."""
-    faults = _row_faults(table)
+    faults = []
+    if table.faults:  # one for all rows that the reader left out
+        total = max(table.lines, table.n + len(table.faults))
+        many = len(table.faults) > (HALF if table.lines else FEW) * total and len(table.faults) > 2
+        row, message, _ = next(iter(table.faults))
+        more = f" ({len(table.faults)} of {total} rows are wrong, this is the first)" if len(table.faults) > 1 else ""
+        hint = "mend or remove them" if many else "left out"
+        faults.append(FileFault(table.label, message + more, hint, row=row, fatal=many))
     seconds = times.seconds(table)
     assert seconds is not None
     time, done = seconds
@@ -114,29 +125,14 @@ def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[li
     streams = [made.at(kept) for kept in parts]
     if len(parts) > 1:
         streams = [replace(s, label=f"{s.label}, run {run}", run=run) for run, s in enumerate(streams, 1)]
-    return streams, faults + [fault for s in streams for fault in _holes(table, s.time, s.kept)]
-
-
-def _holes(table: RawTable, time: np.ndarray, kept: np.ndarray) -> list[FileFault]:
-    """The longest time without rows, where it is that of many."""
-    steps = np.diff(time)
-    k = int(np.argmax(steps))
-    if not steps[k] > max(HOLE_S, HOLE_STEPS * float(np.median(steps))):
-        return []
     hint = "was the log cut, or its clock set (summer time)? cut the record there"
-    return [FileFault(table.label, f"no row for {steps[k]:.4g} s before this one", hint, int(table.rows[kept[k + 1]]))]
-
-
-def _row_faults(table: RawTable) -> list[FileFault]:
-    """One fault for rows that the reader left out."""
-    if not table.faults:
-        return []
-    total = max(table.lines, table.n + len(table.faults))
-    many = len(table.faults) > (HALF if table.lines else FEW) * total and len(table.faults) > 2
-    row, message, _ = next(iter(table.faults))
-    more = f" ({len(table.faults)} of {total} rows are wrong, this is the first)" if len(table.faults) > 1 else ""
-    hint = "mend or remove them" if many else "left out"
-    return [FileFault(table.label, message + more, hint, row=row, fatal=many)]
+    for stream in streams:  # the longest time without rows, where it is that of many
+        steps = np.diff(stream.time)
+        k = int(np.argmax(steps))
+        if steps[k] > max(HOLE_S, HOLE_STEPS * float(np.median(steps))):
+            said, row = f"no row for {steps[k]:.4g} s before this one", int(table.rows[stream.kept[k + 1]])
+            faults.append(FileFault(table.label, said, hint, row))
+    return streams, faults
 
 
 def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[list[np.ndarray], list[FileFault]]:
@@ -149,7 +145,7 @@ def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[
         many = missing.size > FEW * time.size and missing.size > 2
         said = f"{missing.size} of {time.size} rows have no time of the form {mapping.time.form!r}"
         hint = "state the form in the mapping" if many else "left out"
-        faults.append(FileFault(table.label, said, hint, _row(table, missing[0]), name, many))
+        faults.append(FileFault(table.label, said, hint, int(table.rows[missing[0]]), name, many))
     if known.size < 3:
         said, hint = f"{known.size} rows with a time", "a log needs some minutes of them"
         return [known], [*faults, FileFault(table.label, said, hint, column=name, fatal=True)]
@@ -157,14 +153,24 @@ def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[
     rises = [np.diff(np.maximum.accumulate(time[part]), prepend=-np.inf) > 0.0 for part in parts]
     kept = [part[own] for part, own in zip(parts, rises, strict=True)]
     late = np.concatenate([part[~own] for part, own in zip(parts, rises, strict=True)])
-    faults += _late_faults(table, time, late, name)
+    back = late[time[late] < time[late - 1]]
+    if back.size:
+        many = late.size > FEW * time.size
+        said = f"time goes back in {back.size} place{'s' if back.size > 1 else ''}"
+        hint = "cut the file there, or sort it by time" if many else f"{late.size} rows left out"
+        faults.append(FileFault(table.label, said, hint, int(table.rows[back[0]]), name, many))
+    elif late.size:
+        many = late.size > 0.5 * time.size
+        hint = "the time is too coarse: log it with fractions of a second" if many else "the first of each was kept"
+        said = f"{late.size} rows repeat the time of the row before"
+        faults.append(FileFault(table.label, said, hint, int(table.rows[late[0]]), name, many))
     long = [part for part in kept if part.size >= MIN_SAMPLES]
     if len(parts) > 1 and long:
         said = f"time goes back here, and at {len(parts) - 2} later places: cut into {len(long)} runs of their own"
         said = said.replace(", and at 0 later places", "")
         short = sum(part.size for part in kept) - sum(part.size for part in long)
         hint = "a record each" + (f"; {short} rows in runs too short for one left out" if short else "")
-        faults.append(FileFault(table.label, said, hint, _row(table, parts[1][0]), name))
+        faults.append(FileFault(table.label, said, hint, int(table.rows[parts[1][0]]), name))
     return long if len(parts) > 1 and long else kept, faults
 
 
@@ -185,30 +191,13 @@ def _runs_of(time: np.ndarray, known: np.ndarray) -> list[np.ndarray]:
     return [known]
 
 
-def _late_faults(table: RawTable, time: np.ndarray, late: np.ndarray, name: str | None) -> list[FileFault]:
-    """What is wrong with rows whose time is not above all before them."""
-    back = late[time[late] < time[late - 1]]
-    if back.size:
-        many = late.size > FEW * time.size
-        said = f"time goes back in {back.size} place{'s' if back.size > 1 else ''}"
-        hint = "cut the file there, or sort it by time" if many else f"{late.size} rows left out"
-        return [FileFault(table.label, said, hint, _row(table, back[0]), name, many)]
-    if late.size:
-        many = late.size > 0.5 * time.size
-        hint = "the time is too coarse: log it with fractions of a second" if many else "the first of each was kept"
-        said = f"{late.size} rows repeat the time of the row before"
-        return [FileFault(table.label, said, hint, _row(table, late[0]), name, many)]
-    return []
-
-
-def _row(table: RawTable, index: int) -> int:
-    return int(table.rows[index])
-
-
 def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np.ndarray, list[FileFault]]:
     """The column in SI units, and a fault where cells are no numbers."""
     if entry.unit == "deg min":
-        numbers = _degrees_minutes(column)
+        size, texts = np.abs(column.numbers), column.texts
+        numbers = np.sign(column.numbers) * (size // 100.0 + (size % 100.0) / 60.0)  # ddmm.mmm
+        if not column.numeric:  # 54°12.345'N, 54 12 20 N
+            numbers = np.full(len(column.values), np.nan) if texts is None else texts.mapped(_one_angle)
         bad = np.flatnonzero(~np.isfinite(numbers))
     else:
         numbers, bad = column.numbers, column.bad
@@ -225,15 +214,7 @@ def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np
     many = bad.size > MANY * values.size
     said = f"{column.text(bad[0])!r} is not a number ({bad.size} such cells)"
     hint = "map another column, or write what it means as an empty cell" if many else "taken as gaps"
-    return values, [FileFault(table.label, said, hint, _row(table, bad[0]), column.name, many)]
-
-
-def _degrees_minutes(column: RawColumn) -> np.ndarray:
-    """Degrees (N,) from texts such as 54°12.345'N or 54 12 20 N, or from numbers of the form ddmm.mmm."""
-    if column.numeric:
-        size = np.abs(column.numbers)
-        return np.sign(column.numbers) * (size // 100.0 + (size % 100.0) / 60.0)
-    return np.full(len(column.values), np.nan) if column.texts is None else column.texts.mapped(_one_angle)
+    return values, [FileFault(table.label, said, hint, int(table.rows[bad[0]]), column.name, many)]
 
 
 def _one_angle(text: str) -> float:
@@ -243,3 +224,118 @@ def _one_angle(text: str) -> float:
     minutes, rest = (float((part or "0").replace(",", ".")) for part in (match[3], match[4]))
     sign = -1.0 if {match[1], match[5]} & {"S", "W", "-"} else 1.0
     return sign * (float(match[2]) + minutes / 60.0 + rest / 3600.0)
+
+
+# ---- The channels of a record from the quantities of a log.
+
+
+class Channels:
+    """Channels in the making: `found` by name, the quantities that each is made of in `sources`, what was done in
+    `steps`, faults, questions, and facts for the sidecar."""
+
+    def __init__(self, label: str, time: np.ndarray, values: dict[str, np.ndarray]) -> None:
+        self.label, self.time, self.q = label, time, values
+        self.found: dict[str, np.ndarray] = {}
+        self.sources: dict[str, tuple[str, ...]] = {}
+        self.steps: list[str] = []
+        self.faults: list[FileFault] = []
+        self.questions: list[Question] = []
+        self.facts: dict[str, Any] = {}
+        self.variation: float | None = None
+        for quantity, samples in values.items():
+            if channel := quantities()[quantity].channel:
+                self.add((quantity,), **{channel: samples})
+
+    def add(self, sources: tuple[str, ...], **channels: np.ndarray) -> None:
+        """Add channels (N,) that are made of quantities."""
+        self.found |= channels
+        self.sources |= dict.fromkeys(channels, sources)
+
+    def warn(self, message: str, hint: str = "") -> None:
+        """Add a fault that does not end the import."""
+        self.faults.append(FileFault(self.label, message, hint))
+
+
+def derive(label: str, time: np.ndarray, values: dict[str, np.ndarray], variation_deg: float | None) -> Channels:
+    """All channels that quantities give, each (N,).
+
+    variation_deg : magnetic variation, positive to east, for a magnetic heading without one in the log.
+    """
+    made = Channels(label, time, values)
+    q = made.q
+    if "heading" in q:
+        made.add(("heading",), heading_rad=q["heading"])
+    elif "heading_magnetic" in q:
+        variation = q.get("magnetic_variation")
+        size = np.nanmean(variation) if variation is not None else math.radians(variation_deg or 0.0)
+        made.variation = float(size) if variation is not None or variation_deg is not None else None
+        deviation = q.get("magnetic_deviation", np.zeros(made.time.size))
+        known = np.isfinite(deviation)  # of each heading another one
+        correction = size + np.where(known, deviation, deviation[known].mean() if known.any() else 0.0)
+        sources = ("heading_magnetic", "magnetic_variation", "magnetic_deviation")
+        made.add(sources, heading_rad=q["heading_magnetic"] + correction)
+        degrees = math.degrees(float(correction.mean()))
+        made.steps.append(f"heading: magnetic heading {degrees:+.3g} deg of variation, deviation")
+    _positions(made)
+    _velocities(made)
+    found = made.found
+    if set(TWIN) <= found.keys() and not set(RUDDERS) & found.keys():
+        made.add(("thrust_port", "thrust_starboard"), **{RUDDERS[1]: found[TWIN[0]] - found[TWIN[1]]})
+        made.steps.append("steering command: port less starboard thrust, N; there is no rudder")
+    for name in values:
+        other = quantities()[name].partner
+        if other and other not in values:
+            made.warn(f"{name.replace('_', ' ')} without {other.replace('_', ' ')}: it makes no channel of the record")
+    return made
+
+
+def _positions(made: Channels) -> None:
+    q = made.q
+    if "north" in q and "east" in q:
+        made.add(("north",), north_m=q["north"])
+        made.add(("east",), east_m=q["east"])
+        return
+    if "latitude" not in q or "longitude" not in q:
+        return
+    valid = np.isfinite(q["latitude"]) & np.isfinite(q["longitude"])
+    nothing = valid & (q["latitude"] == 0.0) & (q["longitude"] == 0.0)
+    if nothing.any():
+        made.warn(f"{int(nothing.sum())} positions at 0 N 0 E", "taken as gaps: a receiver without a fix")
+    if not (valid & ~nothing).any():
+        return
+    latitude, longitude = (np.where(nothing, np.nan, q[name]) for name in ("latitude", "longitude"))
+    north, east, plane = on_plane(latitude, longitude)
+    made.add(("latitude", "longitude"), north_m=north, east_m=east)
+    origin = math.degrees(plane.latitude_rad), math.degrees(plane.longitude_rad)
+    made.facts["origin_deg"] = [round(value, 8) for value in origin]
+    made.steps.append(
+        f"north, east: plane through {origin[0]:.6f}, {origin[1]:.6f} deg; distances to {plane.scale_error:.1g} of "
+        f"their size, plane north to {math.degrees(plane.convergence_rad):.2g} deg; at the receiver's antenna"
+    )
+
+
+def _velocities(made: Channels) -> None:
+    q, heading = made.q, made.found.get("heading_rad")
+    if "surge" in q:
+        for name in ("surge", "sway"):
+            if name in q:
+                made.add((name,), **{f"{name}_m_s": q[name]})
+        return
+    if "velocity_north" in q and "velocity_east" in q:
+        parts, told = (q["velocity_north"], q["velocity_east"]), "velocities to north and east"
+        of = ("velocity_north", "velocity_east")
+    elif "speed_over_ground" in q and "course_over_ground" in q:
+        speed, course = q["speed_over_ground"], q["course_over_ground"]
+        parts, told = (speed * np.cos(course), speed * np.sin(course)), "speed and course over ground"
+        of = ("speed_over_ground", "course_over_ground")
+    elif "speed_over_ground" in q:
+        made.warn("a speed over ground without a course: surge and sway cannot be told apart", "speed kept aside")
+        return
+    else:
+        return
+    if heading is None:
+        made.warn(f"{told} without a heading: surge and sway cannot be told apart", "kept aside")
+        return
+    surge, sway = body_velocities(*parts, heading)
+    made.add((*of, *made.sources["heading_rad"]), surge_m_s=surge, sway_m_s=sway)
+    made.steps.append(f"surge, sway: {told}, turned by the heading; at the receiver's antenna")

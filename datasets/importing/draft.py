@@ -124,17 +124,13 @@ def asked_once(tables: Sequence[RawTable], questions: Sequence[Question]) -> lis
     for question in questions:
         own = (group.get(question.table, question.table), question.column, question.about)
         sets.setdefault(("doubt", question.doubt) if question.doubt else own, []).append(question)
-    return [_for_all(own) for own in sets.values()]
-
-
-def _for_all(questions: Sequence[Question]) -> Question:
-    first, *others = questions
-    if not others:
-        return first
-    tables = list(dict.fromkeys(q.table for q in others if q.table != first.table))
-    columns = list(dict.fromkeys(q.column for q in others if q.column != first.column))
-    also = [*(f"column {name!r}" for name in columns), *(f"file {name}" for name in tables)]
-    return replace(first, text=f"{first.text} The answer is also that of {', '.join(also)}." if also else first.text)
+    out = []
+    for first, *others in sets.values():
+        files = list(dict.fromkeys(q.table for q in others if q.table != first.table))
+        columns = list(dict.fromkeys(q.column for q in others if q.column != first.column))
+        also = ", ".join([*(f"column {name!r}" for name in columns), *(f"file {name}" for name in files)])
+        out.append(replace(first, text=f"{first.text} The answer is also that of {also}.") if also else first)
+    return out
 
 
 def _equal(tables: Sequence[RawTable]) -> list[list[RawTable]]:

@@ -10,7 +10,7 @@ import numpy as np
 from ..geometry import body_velocities, unwrapped
 from ..grammar import DEGREE
 from ..signals import integral
-from .units import LogUnit
+from .quantities import LogUnit
 
 FEWEST = 20
 """Samples in common below which nothing is compared."""
@@ -204,9 +204,6 @@ def nearest(size: float, units: tuple[LogUnit, ...], within: float) -> LogUnit |
     """The unit whose factor is the nearest to a size, if it is within a share of it."""
     best = min(units, key=lambda unit: abs(math.log(abs(size) / unit.factor)))
     return best if abs(abs(size) / best.factor - 1.0) < within else None
-
-
-# ------------------------------------------------------------------------------------------------ tracks
 
 
 def track_velocity(north: ClockSeries, east: ClockSeries) -> tuple[ClockSeries, ClockSeries] | None:

@@ -10,9 +10,8 @@ import numpy as np
 
 from .draft import NOT_USED, About, Answer, Question, Sure
 from .mapping import flow
-from .quantities import quantities
+from .quantities import LogUnit, candidates, quantities
 from .raw import RawColumn, RawTable
-from .units import LogUnit, candidates
 
 Option: TypeAlias = tuple[str, str, Mapping[str, object]]
 """An answer about a column: key, text, changes of the map's line."""

@@ -11,19 +11,17 @@ import numpy as np
 
 from ...models.errors import BadInput
 from ..io import MIN_SAMPLES
-from ..record import Side, is_side
-from . import meanings, roles, signs_told, steering, units_told
+from . import meanings, other_channels, steering
 from .draft import NOT_USED, for_equal_doubts, for_equal_headers
-from .evidence import nearest, rate_ratio
-from .finding import ColumnFinding, ask_quantity, ask_sign, ask_unit, identifier
+from .evidence import nearest
+from .finding import ColumnFinding, ask_quantity, ask_unit, identifier
 from .log import RawLog
 from .mapping import ColumnMap, Mapping, TableMap
 from .proposal import propose, propose_units
-from .quantities import is_unsigned, quantities
+from .quantities import candidates, is_unsigned, quantities, unit_of
 from .raw import RawTable
 from .reading import stated
 from .times import find_time
-from .units import candidates, unit_of
 
 PASSES = 3
 """How often channels are compared: one that is told may tell the next."""
@@ -54,7 +52,10 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
         given = _given(table, entry, mapping)
         own = (column for column in table.columns if column.name not in time.columns)
         log.findings += [stated(table, column, given.get(column.name), mapping is not None) for column in own]
-    _without_notes(log, tables)
+    notes = {t.label for t in tables if t.n < MIN_SAMPLES and log.times[t.label].question is not None}
+    if len(notes) < len(tables):  # a sheet of notes beside a log
+        why = f"a table of less than {MIN_SAMPLES} rows without a time"
+        log.findings = [f.unused(why) if f.table.label in notes and not f.bounded else f for f in log.findings]
     log.answers = for_equal_doubts(log.findings, log.answers)
     for i, found in enumerate(log.findings):
         vague = len(found.may_be) > 1 and not found.questions and identifier(found, "quantity") in log.answers
@@ -62,37 +63,21 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
         log.findings[i] = log.answered(ask_quantity(found, "", found.may_be) if vague else found)
     _chosen(log)
     for _ in range(PASSES):
-        log.each(meanings.settle)
-        log.each(units_told.by_channel)
-        log.each(units_told.by_physics)
-        log.each(signs_told.by_channel)
-    roles.settle(log)
+        log.each(
+            meanings.settle, other_channels.unit_by_channel, other_channels.by_physics, other_channels.sign_by_channel
+        )
+    steering.settle_rudders(log)
     steering.settle_propellers(log)
     propose(log, tables)
-    log.each(signs_told.by_channel)
-    log.each(_as_rudder)
-    log.each(_not_through_water)
-    log.each(_perhaps_magnetic)
-    log.each(_not_magnetic)
+    log.each(other_channels.sign_by_channel, other_channels.as_rudder, _perhaps_magnetic, _not_needed)
     meanings.without_twins(log)
-    log.each(_checked)
-    log.each(_without_dead)
+    log.each(_checked, _without_dead)
     propose_units(log, tables)
-    log.each(signs_told.by_channel)
-    log.each(meanings.ask)
-    log.each(_ask_unit)
-    for _ in range(2):  # the answer for one column's sign tells another's
-        log.each(_ask_sign)
-    log.each(_checked_again)
+    # the answer for one column's sign tells another's
+    log.each(other_channels.sign_by_channel, meanings.ask, _ask_unit, other_channels.ask_open, other_channels.ask_open)
+    if any(f.quantity == "heading" and "sign" in f.bounded for f in log.findings):  # an answer, which tells more
+        log.each(lambda log, f: _checked(log, f) if f.quantity in ("yaw_rate", "sway") and f.signed else f)
     return log
-
-
-def _without_notes(log: RawLog, tables: Sequence[RawTable]) -> None:
-    """Columns of tables without a time that are shorter than a record are not used beside others: a sheet of notes."""
-    notes = {t.label for t in tables if t.n < MIN_SAMPLES and log.times[t.label].question is not None}
-    if len(notes) < len(tables):
-        why = f"a table of less than {MIN_SAMPLES} rows without a time"
-        log.findings = [f.unused(why) if f.table.label in notes and not f.bounded else f for f in log.findings]
 
 
 def _given(table: RawTable, entry: TableMap | None, mapping: Mapping | None) -> dict[str, ColumnMap]:
@@ -109,34 +94,14 @@ def _chosen(log: RawLog) -> None:
     """Columns that an answer makes the rudder, or what tells the turning."""
     for key in ("rudder", "turning"):
         label, _, quantity = log.answers.get(key, "").rpartition("/")
-        for i, found in enumerate(log.findings):
-            if quantity and label == f"{found.table.label}/{found.column.name}":
-                unit = unit_of(found.column.unit, quantities()[quantity].dimension)
-                foreign = found.column.unit if unit is None else ""
-                foreign = foreign or ("us" if quantity == "rudder" and steering.is_pulse(found.column.numbers) else "")
-                log.findings[i] = replace(
-                    found, may_be=(quantity,), unit=unit, signed=is_unsigned(quantity), why=("as answered",),
-                    bounded=("quantity",), foreign=foreign, questions=(),
-                )  # fmt: skip
-
-
-def stated_side(log: RawLog) -> Side | None:
-    """The side of a positive rudder that a file states."""
-    stated = ({f.side for f in log.findings if f.quantity == name and f.side} for name in ("rudder", "rudder_command"))
-    sides = next((own for own in stated if own), set())
-    side = sides.pop() if len(sides) == 1 else ""
-    return side if is_side(side) else None
-
-
-def _as_rudder(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    """A rudder command with the sign of the rudder, as both state their sides or as they move."""
-    if found.quantity != "rudder_command" or found.signed:
-        return found
-    side = next((f.side for f in log.findings if f.quantity == "rudder" and f.side), "")
-    if side and found.side:
-        same = side == found.side
-        return found.told("stated", f"positive to {found.side}", signed=True, sign=1 if same else -1)
-    return signs_told.command_sign(log, found)
+        for found in [f for f in log.findings if quantity and label == f"{f.table.label}/{f.column.name}"]:
+            unit = unit_of(found.column.unit, quantities()[quantity].dimension)
+            foreign = found.column.unit if unit is None else ""
+            foreign = foreign or ("us" if quantity == "rudder" and steering.is_pulse(found.column.numbers) else "")
+            log.change(found, replace(
+                found, may_be=(quantity,), unit=unit, signed=is_unsigned(quantity), why=("as answered",),
+                bounded=("quantity",), foreign=foreign, questions=(),
+            ))  # fmt: skip
 
 
 def entry_of(table: RawTable, mapping: Mapping | None) -> TableMap | None:
@@ -154,14 +119,6 @@ def missing(table: RawTable, entry: TableMap) -> list[str]:
     return [name for name in (*entry.time.columns, *used) if table.column(name) is None]
 
 
-# ------------------------------------------------------------------------------------------------ checks
-
-
-def _not_through_water(_: RawLog, found: ColumnFinding) -> ColumnFinding:
-    why = quantities()[found.quantity].unused if found.quantity is not None else ""
-    return found.unused(why) if why and "quantity" not in found.bounded else found
-
-
 def _perhaps_magnetic(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """A heading that does not state from which north it counts, beside a variation: which one is asked."""
     said = " ".join((found.column.name, found.column.unit, *found.column.said))
@@ -176,8 +133,12 @@ def _perhaps_magnetic(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     return found
 
 
-def _not_magnetic(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    """What a compass shows, or what corrects it, unused where a heading from true north is sure."""
+def _not_needed(log: RawLog, found: ColumnFinding) -> ColumnFinding:
+    """What a record does not use, such as a speed through the water, unused; what a compass shows, or what corrects it,
+    where a heading from true north is sure."""
+    why = quantities()[found.quantity].unused if found.quantity is not None else ""
+    if why and "quantity" not in found.bounded:
+        return found.unused(why)
     if found.quantity not in MAGNETIC or found.bounded or found.column.known:
         return found
     true = next((f for f in log.findings if f.quantity == "heading" and f.unit and not f.questions), None)
@@ -189,80 +150,22 @@ def _checked(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if found.quantity is None or found.questions or found.unit is None:
         return found
     if "unit" not in found.bounded:
-        if units_told.impossible(found):
-            size = f"values up to {units_told.size_of(found):.4g} {found.unit.name}"
+        if other_channels.impossible(found):
+            size = f"values up to {other_channels.size_of(found):.4g} {found.unit.name}"
             text = f"{found.column.name!r}: {size} cannot be. What is its unit?"
             opened = replace(found, factor=1.0)
-            return ask_unit(opened, text, units_told.possible(opened))
-        wrong = _contradicted(log, found)
-        if wrong is not None:
-            return wrong
-    if found.quantity == "yaw_rate" and found.signed and "sign" not in found.bounded:
-        return _turning_against(log, found)
-    if found.quantity in ("surge", "sway") and found.signed and not (found.column.known or "sign" in found.bounded):
-        return _moving_against(log, found)
-    if found.quantity == "heading" and found.signed and "sign" not in found.bounded:
-        against = signs_told.against_track(log, found)
-        if against:
-            asked = signs_told.ask(log, replace(found, signed=False, sign=1, offset=0.0))
-            text = f"Which way does {found.column.name!r} count? {against}."
-            return replace(asked, questions=(replace(asked.questions[-1], text=text),))
-    return found
-
-
-def _checked_again(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    """The finding of a rate or a speed sideways, with a question where a heading that was answered contradicts its
-    sign."""
-    answered = any(f.quantity == "heading" and "sign" in f.bounded for f in log.findings)
-    wanted = found.quantity in ("yaw_rate", "sway") and found.signed and not found.questions
-    return _checked(log, found) if answered and wanted and found.unit is not None else found
-
-
-def _turning_against(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    series = log.series(found)
-    if series is None:
-        return found
-    for other, angle in sorted(log.all("heading"), key=lambda pair: pair[1].clock != series.clock):
-        ratio = rate_ratio(angle, series)
-        if ratio is not None and ratio > 0.0:
-            return found
-        if ratio is not None:
-            said = f"is said to be {found.convention}, and {other.column.name!r} says the opposite"
-            answers = [(*side, {"sign": sign}) for side, sign in zip(signs_told.TO_SIDES, (1, -1), strict=True)]
-            text = f"{found.column.name!r} {said}: which way is it positive?"
-            return ask_sign(replace(found, signed=False), text, answers)
-    return found
-
-
-def _moving_against(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    """A speed forward or sideways, with a question for its sign where a track with the heading says the opposite."""
-    told = signs_told.by_track(log, found)
-    if told is None or told[0] == found.sign:
-        return found
-    why = f"is said to be {found.convention}, and {told[1]} with the heading say the opposite"
-    (key, said), (other, against) = signs_told.WAYS.get(str(found.quantity), signs_told.TO_SIDES)
-    text = f"{found.column.name!r} {why}: which way is it positive?"
-    return ask_sign(replace(found, signed=False), text, [(other, against, {"sign": -1}), (key, said, {})])
-
-
-def _contradicted(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
-    """The finding with a question for a unit that another channel contradicts; None where none does."""
-    assert found.unit is not None
-    raw = log.series(found, raw=True)
-    if raw is None or found.quantity not in ("yaw_rate", "speed_over_ground", "surge"):
-        return None
-    for name, size in units_told.sizes(log, found, raw):
-        ratio = size / (found.unit.factor * found.factor)
-        if CONFLICT[0] < ratio < CONFLICT[1]:
-            return None
-        near = nearest(size, candidates(found.dimension), 0.15)
-        if near is None and found.column.known:  # the format states the unit, and no other one agrees
-            return None
-        units = [*([near] if near else []), found.unit]
-        said = f"says {found.unit.name}, but {name} is {ratio:.3g} times as fast"
-        text = f"{found.column.name!r} {said}: what is its unit?"
-        return ask_unit(replace(found, factor=1.0), text, tuple(dict.fromkeys(units)))
-    return None
+            return ask_unit(opened, text, other_channels.possible(opened))
+        raw = log.series(found, raw=True) if found.quantity in ("yaw_rate", "speed_over_ground", "surge") else None
+        for name, size in other_channels.sizes(log, found, raw) if raw is not None else ():
+            ratio, near = size / (found.unit.factor * found.factor), nearest(size, candidates(found.dimension), 0.15)
+            # or the format states the unit, and no other one agrees
+            if CONFLICT[0] < ratio < CONFLICT[1] or (near is None and found.column.known):
+                break
+            units = [*([near] if near else []), found.unit]
+            said = f"says {found.unit.name}, but {name} is {ratio:.3g} times as fast"
+            text = f"{found.column.name!r} {said}: what is its unit?"
+            return ask_unit(replace(found, factor=1.0), text, tuple(dict.fromkeys(units)))
+    return other_channels.checked(log, found) if found.signed and "sign" not in found.bounded else found
 
 
 def _without_dead(_: RawLog, found: ColumnFinding) -> ColumnFinding:
@@ -287,11 +190,4 @@ def _ask_unit(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     rudder = next((f for f in log.findings if f.quantity == "rudder" and f.unit and not f.questions), None)
     if found.quantity == "rudder_command" and rudder is not None and not found.foreign and not found.bounded:
         return found.unused(f"its unit is not stated, and the rudder is column {rudder.column.name}")
-    return units_told.ask(found)
-
-
-def _ask_sign(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    if found.quantity is None or found.unit is None or found.signed or found.questions:
-        return found
-    told = _as_rudder(log, signs_told.by_channel(log, found))
-    return told if told.signed else signs_told.ask(log, found)
+    return other_channels.ask_for_unit(found)

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from .names import named, words
-from .quantities import quantities, word_groups, word_list
-from .units import NO_UNIT, TIME_WORDS, LogUnit, tidy, unit_of
+from .quantities import NO_UNIT, TIME_WORDS, LogUnit, quantities, tidy, unit_of, word_groups, word_list
 
 BRACKETS = re.compile("[\\[({<\u3010\u3014]([^\\[\\](){}<>\u3010\u3011\u3014\u3015]*)[\\])}>\u3011\u3015]")
 TAIL = re.compile(r"(?:,|;|\s/|:|\s(?=°)|\bin\b|\ben\b|\bi\b|\bem\b)\s*([^,;:]+)$")
@@ -83,7 +82,15 @@ class ColumnHeader:
 def read_header(name: str, unit: str = "") -> ColumnHeader:
     """The parts of a header; `unit` is what a row of units says."""
     name, unit = (unicodedata.normalize("NFKC", text).replace("\u2212", "-") for text in (name, unit))
-    positive, name, unit = _sign(TWICE.sub(r"\1", LABELS.sub(" ", name).strip()), unit)
+    name = TWICE.sub(r"\1", LABELS.sub(" ", name).strip())
+    positive, place = sign_stated(name)
+    if positive:
+        name = _without(name, *place)
+        again, place = sign_stated(name)
+        name = _without(name, *place).rstrip(" /,;") if again == positive else name
+    elif unit:
+        positive, place = sign_stated(f"({unit})")
+        unit = _without(f"({unit})", *place).strip("() ") if positive else unit
     if _hemisphere(name, unit):
         name, unit = (HEMISPHERE.sub(" ", text) for text in (name, unit))
     times = TIMES.search(name)
@@ -108,7 +115,13 @@ def read_header(name: str, unit: str = "") -> ColumnHeader:
     unread = "" if units else next((piece for piece in other if _is_unread(piece, rest)), "")
     known = words(" ".join([rest, *(piece for piece in other if piece != unread)]))
     foreign = next((text for text in units if not _sized(text) and tidy(text) not in TIME_WORDS | {"-", "--"}), "")
-    return ColumnHeader(known, tuple(units), () if sized else _suffixes(known), positive, "" if sized else foreign,
+    suffixes = []
+    for count in () if sized else (4, 3, 2, 1):  # `rot_deg_min`, `rate_deg_s_1`, `sog_kn`
+        head, tail = known[:-count], known[-count:]
+        texts = ("/".join(tail), "_".join(tail), "".join(tail))
+        text = next((t for t in texts if unit_of(t) is not None or (count == 1 and t in PERCENT)), "")
+        suffixes += [(head, text)] if head and len(tail) == count and text else []
+    return ColumnHeader(known, tuple(units), tuple(suffixes), positive, "" if sized else foreign,
                   unread, float(times[1]) if times else 1.0)  # fmt: skip
 
 
@@ -169,23 +182,6 @@ def scaled_unit(text: str, dimension: str | None = None) -> tuple[LogUnit | None
     return (inner, factor) if power and abs(power - round(power)) < 1e-9 else (None, 1.0)
 
 
-def _suffixes(known: tuple[str, ...]) -> tuple[tuple[tuple[str, ...], str], ...]:
-    """Ways to cut words into a name and a unit at its end: `rot_deg_min`, `rate_deg_s_1`, `sog_kn`."""
-    found = []
-    for count in (4, 3, 2, 1):
-        head, tail = known[:-count], known[-count:]
-        if not head or len(tail) < count:
-            continue
-        for text in ("/".join(tail), "_".join(tail), "".join(tail)):
-            if unit_of(text) is not None or (count == 1 and text in PERCENT):
-                found.append((head, text))
-                break
-    return tuple(found)
-
-
-# ------------------------------------------------------------------------------------------------ signs
-
-
 @cache
 def _patterns() -> tuple[re.Pattern[str], ...]:
     """Patterns of a sign convention, each with the groups `sign` and `side`."""
@@ -228,17 +224,6 @@ def _same_length(text: str) -> str:
     """The text in lower case and without accents, every letter at its place."""
     latin = (letter if letter > "\u2fff" else unicodedata.normalize("NFD", letter)[0] for letter in text)
     return "".join(letter.lower() for letter in latin).replace("ø", "o")
-
-
-def _sign(name: str, unit: str) -> tuple[str, str, str]:
-    """(side, name and unit without what says the side)."""
-    side, (start, stop) = sign_stated(name)
-    if side:
-        rest = _without(name, start, stop)
-        again, (start, stop) = sign_stated(rest)
-        return side, _without(rest, start, stop).rstrip(" /,;") if again == side else rest, unit
-    side, (start, stop) = sign_stated(f"({unit})") if unit else ("", (0, 0))
-    return side, name, _without(f"({unit})", start, stop).strip("() ") if side else unit
 
 
 def _without(text: str, start: int, stop: int) -> str:

@@ -9,8 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .cell_texts import Texts
-from .cells import GAPS
+from .cells import GAPS, Texts
 from .clock import guess_form
 from .names import is_date, is_time, joined, listed, named, part_of_time, words
 from .raw import RawColumn, RawTable, faults_once
@@ -31,9 +30,16 @@ def by_instrument(table: RawTable) -> list[RawTable]:
     """The tables of a table: one for every named value in long form, one for every talker, or the table itself."""
     name, value = _texts(table, NAMES), next((c for c in table.columns if joined(c.name) in VALUES), None)
     if all(column.name.startswith("column ") for column in table.columns):
-        name, value = _nameless(table)
+        name = value = None  # a long form without a header: a time, a few different words, a number
+        if 3 <= len(table.columns) <= 4 and guess_form(table.columns[0], "") is not None:
+            labels, numbers = table.columns[1:3]
+            kinds = labels.texts.unique() if labels.texts is not None and not labels.numeric else []
+            if 1 < len(kinds) <= MOST and all(re.search(r"[^\W\d]{2}", kind) for kind in kinds):
+                name, value = labels, numbers
     talker = _texts(table, TALKERS)
-    name = name or (talker or _numbered(table) if value is not None and _alone(table, value) else None)
+    if name is None and value is not None:  # and no numbers besides a time and the number of a device
+        others = (c for c in table.columns if c is not value and not is_time(c.name) and joined(c.name) not in NUMBERS)
+        name = None if any(column.numeric for column in others) else talker or _numbered(table)
     if name is not None and value is not None and value.numeric:
         return _long(table, _with_fields(table, name), value)
     if talker is not None:
@@ -66,16 +72,6 @@ def _of_field(message: str, field: str) -> str:
 def last_part(path: str) -> str:
     """The last part of a path of names such as `ship/nav/heading`."""
     return next((part for part in reversed(re.split(r"[./]", path)) if part.strip()), path)
-
-
-def _nameless(table: RawTable) -> tuple[RawColumn | None, RawColumn | None]:
-    """The names and the values of a long form without a header: a time, a few different words, a number."""
-    if not 3 <= len(table.columns) <= 4 or guess_form(table.columns[0], "") is None:
-        return None, None
-    words_, numbers = table.columns[1], table.columns[2]
-    kinds = words_.texts.unique() if words_.texts is not None and not words_.numeric else []
-    named = 1 < len(kinds) <= MOST and all(re.search(r"[^\W\d]{2}", kind) for kind in kinds)
-    return (words_, numbers) if named else (None, None)
 
 
 def _filled(column: RawColumn) -> np.ndarray:
@@ -115,12 +111,6 @@ def _texts(table: RawTable, wanted: frozenset[str]) -> RawColumn | None:
             if 1 < len(kinds) <= MOST:
                 return column
     return None
-
-
-def _alone(table: RawTable, value: RawColumn) -> bool:
-    """Whether a table holds no numbers besides a time, the value and the number of a device."""
-    others = (c for c in table.columns if c is not value and not is_time(c.name) and joined(c.name) not in NUMBERS)
-    return not any(column.numeric for column in others)
 
 
 def _numbered(table: RawTable) -> RawColumn | None:

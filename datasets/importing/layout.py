@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from ...models.errors import BadInput
 from .beside import with_halves, with_minutes, with_notes, with_places, with_sides
-from .cell_texts import CHUNK, Texts
-from .cells import GAPS, PLAIN, is_number, table_style
+from .cells import CHUNK, GAPS, PLAIN, Texts, is_number, table_style
 from .cells import SAMPLE as STYLE_SAMPLE
 from .headers import says_unit, scaled_unit, sign_stated
-from .moments import with_plain_stamps
-from .name_places import Names, other_separator, place_names
+from .moments import WEEK_S, with_plain_stamps
+from .names import is_date, is_time, named, words
+from .quantities import tidy
 from .raw import RawColumn, RawTable, Rejected
-from .units import tidy
 
 TAIL = r"[-+\d:.,TZ ]*(?:[AaPp][Mm]|UTC|GMT|LT)?"
 TIME_LIKE = re.compile(
@@ -96,7 +97,11 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
     if not widths:
         return None
     width = widths.most_common(1)[0][0]
-    start = _first_of_data(lines, width)
+    # the first line of data: one that more data follow, not a line with a number above a header
+    filled = [i for i, line in enumerate(lines) if not line.comment and any(cell.strip() for cell in line.cells)]
+    data = [len(lines[i].cells) == width and is_data(lines[i].cells) for i in filled]
+    first = next((i for i, own, then in zip(filled, data, data[1:], strict=False) if own and then), None)
+    start = first if first is not None else next((i for i, own in zip(filled, data, strict=True) if own), None)
     if start is None:
         return None
     head = [line for line in lines[:start] if any(cell.strip() for cell in line.cells)]
@@ -104,18 +109,18 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
     return _below(head, body[:SAMPLE], start, width)
 
 
-def _first_of_data(lines: Sequence[Line], width: int) -> int | None:
-    """Index of the first line of data: one that more data follow, not a line with a number above a header."""
-    filled = [i for i, line in enumerate(lines) if not line.comment and any(cell.strip() for cell in line.cells)]
-    data = [len(lines[i].cells) == width and is_data(lines[i].cells) for i in filled]
-    first = next((i for i, own, then in zip(filled, data, data[1:], strict=False) if own and then), None)
-    return first if first is not None else next((i for i, own in zip(filled, data, strict=True) if own), None)
-
-
 def _below(head: Sequence[Line], rows: Sequence[Sequence[str]], start: int, cells: int) -> Layout:
     """The layout of rows of so many cells, below the lines of a head."""
     width = cells
-    listed = _listed_names(head)
+    # lines such as `column 3: heading [deg]`, or `3  PSI  deg`
+    found = [match for line in head if (match := NUMBERED.match(" ".join(line.cells)))]
+    listed = dict[int, str]()
+    for match in found:  # a last word that is a unit in brackets
+        text = match["name"].strip()
+        name, _, unit = text.rpartition(" ")
+        spelt = name and says_unit(unit) and unit[0] not in "[("
+        listed[int(match["number"])] = f"{name.strip()} [{unit}]" if spelt else text
+    listed = listed if len(listed) > 1 and sorted(listed) == list(range(1, len(listed) + 1)) else {}
     others = head if len(listed) != width else [line for line in head if not NUMBERED.match(" ".join(line.cells))]
     near = _near(others, rows, width)
     done = []
@@ -132,7 +137,10 @@ def _below(head: Sequence[Line], rows: Sequence[Sequence[str]], start: int, cell
     below = [""] * width
     used = {line.number for line in near[-1:]}
     if len(near) > 1 and _is_group_row(near[-2].cells, names):
-        below, names = names, _with_groups(_fitted(near[-2].cells, width), names)
+        below, group = list(names), ""
+        for i, own in enumerate(_fitted(near[-2].cells, width)):  # a group reaches over columns that have a name
+            group = own or (group if below[i] else "")
+            names[i] = f"{group} {below[i]}".strip() if group != below[i] else below[i]
         used |= {near[-2].number}
         done.append(f"line {near[-2].number} names groups of columns")
     if not near and (listed := listed or _named_in_line(head, width)):
@@ -143,7 +151,10 @@ def _below(head: Sequence[Line], rows: Sequence[Sequence[str]], start: int, cell
     if above:
         done.append(f"{len(above)} line{'s' if len(above) > 1 else ''} above the header not used as data")
     split = [name_and_unit(name) for name in names]
-    differ = [bool(own and unit) and _other_size(own, unit) for (_, own), unit in zip(split, units, strict=True)]
+    sizes = [
+        [scaled_unit(text.strip("[]() ")) for text in (own, unit)] for (_, own), unit in zip(split, units, strict=True)
+    ]
+    differ = [one[0] is not None and two[0] is not None and one != two for one, two in sizes]  # both units
     done += [f"{name}: the header states {own}, the row of units {unit}: neither is taken"
              for (name, own), unit, other in zip(split, units, differ, strict=True) if other]  # fmt: skip
     told = zip(split, units, differ, strict=True)
@@ -159,15 +170,8 @@ def _near(head: Sequence[Line], rows: Sequence[Sequence[str]], width: int) -> li
     several = [pair for pair in cut if max(_filled(line) for line in pair) > 1 or width < 3][-4:]
     own = any(_placed(line.cells, rows) for line, _ in several)
     able = [line if own else other for line, other in several]
-    return _without_notes([line for line in able if _could_be_header(line.cells, rows, width)], width)
-
-
-def _filled(line: Line) -> int:
-    return sum(map(bool, _stripped(line.cells)))
-
-
-def _without_notes(near: Sequence[Line], width: int) -> list[Line]:
-    """Lines that could be headers, without those below the fullest one that fill less than half as many cells."""
+    # without those below the fullest one that fill less than half as many cells
+    near = [line for line in able if _could_be_header(line.cells, rows, width)]
     filled = [_filled(line) for line in near]
     fullest = filled.index(max(filled)) if filled else 0
     return [
@@ -176,10 +180,8 @@ def _without_notes(near: Sequence[Line], width: int) -> list[Line]:
     ]  # fmt: skip
 
 
-def _other_size(one: str, other: str) -> bool:
-    """Whether two texts are both units, and not the same."""
-    sizes = [scaled_unit(text.strip("[]() ")) for text in (one, other)]
-    return all(unit is not None for unit, _ in sizes) and sizes[0] != sizes[1]
+def _filled(line: Line) -> int:
+    return sum(map(bool, _stripped(line.cells)))
 
 
 def _could_be_header(cells: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> bool:
@@ -189,8 +191,9 @@ def _could_be_header(cells: Sequence[str], rows: Sequence[Sequence[str]], width:
     return (len(filled) >= 1 and _units_row(cells, width)) or _placed(cells, rows) is not None
 
 
-def _whole_brackets(cells: Sequence[str]) -> list[str]:
-    """Cells without empty ones at the end; a cell that was cut within brackets is one again."""
+def _placed(cells: Sequence[str], rows: Sequence[Sequence[str]]) -> Names | None:
+    """The names over the columns; None where the cells are no names of them."""
+    # cells without empty ones at the end; a cell that was cut within brackets is one again
     out: list[str] = []
     for cell in _stripped(cells):
         cut = out and sum(out[-1].count(x) for x in "[(") > sum(out[-1].count(x) for x in "])")
@@ -198,12 +201,7 @@ def _whole_brackets(cells: Sequence[str]) -> list[str]:
             out[-1] = f"{out[-1]},{cell}"
         else:
             out.append(cell)
-    return out
-
-
-def _placed(cells: Sequence[str], rows: Sequence[Sequence[str]]) -> Names | None:
-    """The names over the columns; None where the cells are no names of them."""
-    return place_names(_whole_brackets(cells), rows, len(cells))
+    return place_names(out, rows, len(cells))
 
 
 def _is_group_row(cells: Sequence[str], names: Sequence[str]) -> bool:
@@ -212,15 +210,6 @@ def _is_group_row(cells: Sequence[str], names: Sequence[str]) -> bool:
     filled = [cell for cell in _stripped(cells) if cell]
     below = [name for name in names if name]
     return len(filled) > 1 and (len(filled) < len(names) or len(below) < len(names) or len(set(below)) < len(below))
-
-
-def _with_groups(groups: Sequence[str], names: Sequence[str]) -> list[str]:
-    """Names with that of their group before them; a group reaches to the next one, over columns that have a name."""
-    out, group = [], ""
-    for own, name in zip(groups, names, strict=True):
-        group = own or (group if name else "")
-        out.append(f"{group} {name}".strip() if group != name else name)
-    return out
 
 
 def _units_row(cells: Sequence[str], width: int) -> bool:
@@ -239,19 +228,6 @@ def _stripped(cells: Sequence[str]) -> list[str]:
 
 def _fitted(cells: Sequence[str], width: int) -> list[str]:
     return [*_stripped(cells), *[""] * width][:width]
-
-
-def _listed_names(head: Sequence[Line]) -> dict[int, str]:
-    """Column number -> name, from lines such as `column 3: heading [deg]`, or `3  PSI  deg`."""
-    found = [NUMBERED.match(" ".join(line.cells)) for line in head]
-    names = {int(match["number"]): _with_last_unit(match["name"].strip()) for match in found if match}
-    return names if len(names) > 1 and sorted(names) == list(range(1, len(names) + 1)) else {}
-
-
-def _with_last_unit(text: str) -> str:
-    """A name whose last word is a unit, with that in brackets."""
-    name, _, unit = text.rpartition(" ")
-    return f"{name.strip()} [{unit}]" if name and says_unit(unit) and unit[0] not in "[(" else text
 
 
 def _named_in_line(head: Sequence[Line], width: int) -> dict[int, str]:
@@ -309,12 +285,14 @@ def table_of(
     start = sample[layout.start].number
     rows = (plain(layout, start) if plain is not None else None) or _rows(lines, layout, start, file)
     texts, numbers, faults, left_out = rows
-    cells = _joined(texts, layout.joined)
-    style = table_style([texts[:STYLE_SAMPLE] for texts in cells])
+    if layout.joined is not None:  # columns that are one
+        first, stop = layout.joined[0], sum(layout.joined)
+        texts = [*texts[:first], Texts(map(" ".join, zip(*texts[first:stop], strict=True))), *texts[stop:]]
+    style = table_style([cells[:STYLE_SAMPLE] for cells in texts])
     columns = [
-        RawColumn(name, unit, texts, below=below, style=style)
-        for name, unit, below, texts in zip(layout.names, layout.units, layout.below, cells, strict=True)
-        if not (name.startswith("column ") and texts.unique() in ([], [""]))
+        RawColumn(name, unit, cells, below=below, style=style)
+        for name, unit, below, cells in zip(layout.names, layout.units, layout.below, texts, strict=True)
+        if not (name.startswith("column ") and cells.unique() in ([], [""]))
     ]
     columns = with_minutes(with_places(list(map(with_plain_stamps, columns))))
     columns = with_halves(with_sides(with_notes(columns, layout.notes)))
@@ -383,15 +361,6 @@ def of_other_width(line: Line, width: int) -> Rejected:
     return line.number, f"{len(line.cells)} cells under {width} columns", ",".join(line.cells)
 
 
-def _joined(columns: list[Texts], joined: tuple[int, int] | None) -> list[Texts]:
-    """The columns, those that are one joined with blanks."""
-    if joined is None:
-        return columns
-    start, stop = joined[0], joined[0] + joined[1]
-    one = Texts(map(" ".join, zip(*columns[start:stop], strict=True)))
-    return [*columns[:start], one, *columns[stop:]]
-
-
 def is_header_again(cells: Sequence[str], layout: Layout) -> bool:
     """Whether a row among the data names the columns, or their units, once more; none with a number does."""
     if any(map(PLAIN.fullmatch, cells)) or any(map(is_number, cells)):
@@ -403,3 +372,242 @@ def _names_again(cells: Sequence[str], layout: Layout) -> bool:
     """Whether more than half of the cells name columns of the table, in any order."""
     names = [name_and_unit(cell)[0] for cell in cells]
     return sum(name in layout.names for name in names) > 0.5 * layout.width
+
+
+# ---- Which name of a header stands over which cells, where there are fewer names than cells.
+
+DATE_CELL = re.compile(r"\d{4}([-/.])\d{1,2}\1\d{1,2}|\d{1,2}([-/.])\d{1,2}\2\d{2,4}|\d{1,2}-[A-Za-z]{3}-\d{2,4}")
+CLOCK_CELL = re.compile(r"\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?")
+BEHIND_CLOCK = re.compile(r"[AaPp]\.?[Mm]\.?|UTC|GMT|Z|[+-]\d{2}:?\d{2}|[A-Z]{3,4}")
+"""What stands behind a clock, in a cell of its own: half of the day, or the zone."""
+LOCAL_ZONE = re.compile(r"(?!UTC|GMT)[A-Z]{3,4}")
+"""The letters of a zone, which several have."""
+WEEK_CELL = re.compile(r"[12]\d{3}")
+SEPARATORS = (",", ";", "|", None)
+"""Separators that a header may have other than its table; None: blanks."""
+
+
+@dataclass(frozen=True)
+class Names:
+    """names (k) of k columns, '' where one has none.
+
+    places : (k) which name of the header each is, -1 where none.  joined : (first, number) of cells that are one
+    column: date, clock and what stands behind it.  done : what was done.
+    """
+
+    names: tuple[str, ...]
+    places: tuple[int, ...]
+    joined: tuple[int, int] | None = None
+    done: tuple[str, ...] = ()
+
+
+def place_names(names: Sequence[str], rows: Sequence[Sequence[str]], explicit: int) -> Names | None:
+    """The names over the cells of rows; None where the names are no header of them.
+
+    explicit : cells of the header's line, with empty ones at its end, which are columns without a name.
+
+    Raises
+    ------
+    BadInput : names are missing, and nothing tells of which columns.
+    """
+    width = len(rows[0]) if rows else len(names)
+    missing = width - len(names)
+    if missing <= 0 or explicit == width:
+        empty = next((i for i in range(width) if any(row[width - 1 - i].strip() for row in rows)), 0)
+        fits = width - max(empty, 1) <= len(names) <= width
+        return Names((*names, *[""] * width)[:width], tuple(range(width))) if fits else None
+    counted = len(names) < width and _counts([row[0].strip() for row in rows])
+    for front in (0, 1) if counted else (0,):
+        found = _over_time(names, [row[front:] for row in rows], missing - front)
+        if found is not None:
+            first = found.joined and (found.joined[0] + front, found.joined[1])
+            return Names((*[""] * front, *found.names), (*[-1] * front, *found.places), first, found.done)
+    if missing == 1 and any(is_time(name) or named(words(name)).may_be for name in names):
+        said = f"{len(names)} names over {width} columns, and nothing tells which column has none: {', '.join(names)}"
+        raise BadInput(said, hint="write a name for every column into that line")
+    return None
+
+
+def _over_time(names: Sequence[str], rows: Sequence[Sequence[str]], missing: int) -> Names | None:
+    """The names where exactly those cells have none that belong to a date, a clock and what stands behind it."""
+    if missing == 0:
+        return Names(tuple(names), tuple(range(len(names))))
+    # (first, number, whether of weeks and seconds) of the cells of times
+    columns = [[cell.strip() for cell in column] for column in zip(*rows, strict=True)]
+    found = []
+    for i, (one, two) in enumerate(itertools.pairwise(columns)):
+        dated = _all(DATE_CELL, one) and _all(CLOCK_CELL, two)
+        if dated or (_all(CLOCK_CELL, one) and _is_mark(two)):
+            stop = i + 2
+            while dated and stop < len(columns) and _is_mark(columns[stop]):
+                stop += 1
+            found.append((i, stop - i, False))
+        elif _all(WEEK_CELL, one) and len(set(one)) <= 2 and _is_second_of_week(two):
+            found.append((i, 2, True))
+    for start, length, weeks in found:
+        count = _names_of_time(names, start)
+        bare = start == 0 and count == 0 and not any(is_time(name) or is_date(name) for name in names)
+        if length - count != missing or not (count or bare):
+            continue
+        before, own, behind = names[:start], names[start : start + count], names[start + count :]
+        places = list(range(len(names)))
+        first, last = places[:start], places[start + count :]
+        if length == 2:
+            name = own[0] if own else ""
+            parts = ("week", "seconds of week") if weeks else ("date", "clock")
+            done = f"{name!r} names {' and '.join(parts)}" if name else f"{' and '.join(parts)} stand without names"
+            made = (*before, *(f"{name} {part}".strip() for part in parts), *behind)
+            return Names(made, (*first, *[start if own else -1] * 2, *last), done=(done,))
+        if LOCAL_ZONE.fullmatch(rows[0][start + length - 1].strip()) and length == 3:
+            pair = own if count == 2 else [f"{own[0] if own else ''} {part}".strip() for part in ("date", "clock")]
+            at = [*range(start, start + count)] if count == 2 else [start if own else -1] * 2
+            done = "the zone behind the clock has no name, and is not read"
+            return Names((*before, *pair, "zone", *behind), (*first, *at, -1, *last), done=(done,))
+        name = " ".join(own) or "time"
+        done = f"{name!r} names {length} cells of date and clock"
+        return Names((*before, name, *behind), (*first, start if own else -1, *last), (start, length), (done,))
+    return None
+
+
+def _names_of_time(names: Sequence[str], start: int) -> int:
+    """How many names from `start` on are those of a date, a clock or both."""
+    if start >= len(names) or not (is_time(names[start]) or is_date(names[start])):
+        return 0
+    second = names[start + 1] if start + 1 < len(names) else ""
+    both = {*words(names[start])} >= {"date", "time"}
+    parts = (is_date(names[start]) and is_time(second)) or (is_time(names[start]) and is_date(second))
+    return 2 if parts and not both else 1
+
+
+def _all(pattern: re.Pattern[str], cells: Sequence[str]) -> bool:
+    return bool(cells) and all(pattern.fullmatch(cell) for cell in cells)
+
+
+def _is_mark(cells: Sequence[str]) -> bool:
+    """Whether cells are all AM or PM, or one and the same zone."""
+    halves = {cell.replace(".", "").upper() for cell in cells} <= {"AM", "PM"}
+    return _all(BEHIND_CLOCK, cells) and (halves or len(set(cells)) == 1)
+
+
+def _is_second_of_week(cells: Sequence[str]) -> bool:
+    try:
+        numbers = [float(cell) for cell in cells]
+    except ValueError:
+        return False
+    rising = sum(b > a for a, b in itertools.pairwise(numbers))
+    return all(0.0 <= number < WEEK_S for number in numbers) and rising >= 0.9 * (len(numbers) - 1) > 0
+
+
+def _counts(cells: Sequence[str]) -> bool:
+    """Whether cells count rows: whole numbers that rise by one."""
+    if len(cells) < 3 or not all(cell.isdigit() for cell in cells):
+        return False
+    return all(int(b) == int(a) + 1 for a, b in itertools.pairwise(cells))
+
+
+def other_separator(cells: Sequence[str], width: int) -> tuple[str, ...]:
+    """The cells of a header; where they are cut by another separator than the table, and then are `width`, those."""
+    if len(cells) == width or any(re.fullmatch(r"[-+\d.,]+", cell.strip()) for cell in cells):
+        return tuple(cells)
+    text = " ".join(cell for cell in cells if cell.strip())
+    for separator in SEPARATORS:
+        parts = [part.strip() for part in text.split(separator)]
+        told = any(is_time(part) or named(words(part)).may_be for part in parts)
+        if len(parts) == width and all(parts) and told:
+            return tuple(parts)
+    return tuple(cells)
+
+
+# ---- Several tables below each other in one text, each with a header of its own.
+
+OF_TABLES = ",;\t|"
+WORDS = re.compile(r"^[ \t]*[\"'\[#*]?[^\W\d][^\n]*$", re.MULTILINE)
+"""A line that begins with a word."""
+FIRST, MOST, MOST_TABLES = 3, 300, 20
+"""Rows of the least table, and lines of words from which on words are the data of a log; tables that are read."""
+
+
+def parts_of(text: str) -> list[str]:
+    """The text, cut above each further header: names of other columns than before, and rows of numbers below them."""
+    heads = [match.start() for match in itertools.islice(WORDS.finditer(text), MOST + 1)]
+    if not 1 < len(heads) <= MOST:
+        return [text]
+    cuts, before = [0], set[str]()
+    for start in heads:
+        names = _header(text, start)
+        if names and before and len(cuts) < MOST_TABLES and len(names & before) <= 0.5 * len(names):
+            cuts.append(_after_data(text, start))
+        before = names or before
+    return [text[a:b] for a, b in zip(cuts, [*cuts[1:], len(text)], strict=True)]
+
+
+def _header(text: str, start: int) -> set[str]:
+    """The names of the line at a place, where rows of as many numbers stand below it; else nothing."""
+    lines = [line for line in text[start : start + 20000].splitlines()[:12] if line.strip()][:6]
+    if len(lines) < FIRST + 1:
+        return set()
+    separator = max(OF_TABLES, key=lines[-1].count)
+    rows = [[cell.strip().strip("\"'#") for cell in line.rstrip(f"\r{separator}").split(separator)] for line in lines]
+    width = len(rows[-1])
+    if width < 2 or len(rows[0]) != width or any(map(is_number, rows[0])) or all(map(says_unit, rows[0])):
+        return set()
+    body = rows[-FIRST:]
+    return {re.split(r"[\[(]", name)[0].strip() for name in rows[0]} if all(map(is_data, body)) else set()
+
+
+def _after_data(text: str, start: int) -> int:
+    """Behind the last line of data before a header: the lines between belong to it."""
+    while start > 0:
+        before = text.rfind("\n", 0, start - 1) + 1
+        line = text[before:start].strip()
+        separator = max(OF_TABLES, key=line.count)
+        if line and is_data(line.split(separator)) and line.count(separator):
+            return start
+        start = before
+    return 0
+
+
+def read_parts(text: str, path: Path, read: Callable[[str], RawTable]) -> list[RawTable]:
+    """The tables of a text, read one by one; a part without rows of numbers is left out where others have some."""
+    parts = parts_of(text)
+    if len(parts) == 1:
+        return [read(text)]
+    out, line = [], 0
+    for number, part in enumerate(parts, start=1):
+        try:
+            table = _shifted(read(part), line)
+            # the only text of the first line of a part, where it is no header
+            first = next((line.strip(' \t\r,;#*[]"') for line in part.splitlines() if line.strip()), "")
+            title = "" if any(separator in first for separator in OF_TABLES) else first[:60]
+            named = title and all(title != other.sheet for other in out)
+            out.append(replace(table, sheet=title if named else f"table {number}"))
+        except BadInput:
+            if number == len(parts) and not out:
+                raise
+        line += part.count("\n")
+    return out
+
+
+def _shifted(table: RawTable, lines: int) -> RawTable:
+    """A table with the line numbers of the whole file."""
+    faults = tuple((number + lines, said, text) for number, said, text in table.faults)
+    return replace(table, rows=np.asarray(table.rows) + lines, faults=faults)
+
+
+def blocks_of(lines: Sequence[Line]) -> list[list[Line]]:
+    """Lines of a sheet, cut above each further header: names of other columns than before, and rows of data below."""
+    cuts, before = [0], set[str]()
+    for i, line in enumerate(lines):
+        names = {cell.strip() for cell in line.cells if cell.strip()}
+        body = [other.cells for other in lines[i + 1 : i + 1 + FIRST]]
+        if len(names) < 2 or is_data(line.cells) or any(map(is_number, names)) or all(map(says_unit, names)):
+            continue
+        if len(body) < FIRST or not all(map(is_data, body[1:])):
+            continue
+        last = i - 1
+        while last > 0 and sum(map(bool, lines[last].cells)) < 2:  # a title belongs to the table below it
+            last -= 1
+        if before and len(names & before) <= 0.5 * len(names) and is_data(lines[last].cells):
+            cuts.append(last + 1)
+        before = names
+    return [list(lines[a:b]) for a, b in zip(cuts, [*cuts[1:], len(lines)], strict=True)]

@@ -11,16 +11,14 @@ import numpy as np
 
 from ...models.data_file import yaml_of
 from ...models.errors import BadInput
-from ..geometry import unwrapped
+from ..geometry import on_plane, unwrapped
 from .draft import NOT_USED, Answer, Question
 from .evidence import ClockSeries, together, track_velocity
 from .finding import ColumnFinding
-from .geodesy import on_plane
 from .mapping import ColumnMap
-from .quantities import is_unsigned, quantities
+from .quantities import UNITS, LogUnit, is_unsigned, quantities
 from .reading import goes_ahead
 from .times import TableTime
-from .units import UNITS, LogUnit
 
 
 @dataclass
@@ -32,7 +30,7 @@ class RawLog:
     times: dict[str, TableTime]
     answers: Mapping[str, str]
     proposals: list[Question] = field(default_factory=list)
-    _seconds: dict[str, np.ndarray | None] = field(default_factory=dict)
+    _seconds: dict[tuple[str, TableTime], np.ndarray | None] = field(default_factory=dict)
     _velocities: dict[tuple[object, ...], tuple[ClockSeries, ClockSeries] | None] = field(default_factory=dict)
 
     def answered(self, found: ColumnFinding) -> ColumnFinding:
@@ -44,23 +42,24 @@ class RawLog:
                 found = _with_answer(replace(found, questions=rest), question, key)
         return found
 
-    def each(self, step: Callable[[RawLog, ColumnFinding], ColumnFinding]) -> None:
-        """Take a step for every finding that is used; a question that has its answer is settled."""
-        for i, found in enumerate(self.findings):
-            if found.may_be:
-                self.findings[i] = self.answered(step(self, found))
+    def each(self, *steps: Callable[[RawLog, ColumnFinding], ColumnFinding]) -> None:
+        """Take steps, each for every finding that is used; a question that has its answer is settled."""
+        for step in steps:
+            for i, found in enumerate(self.findings):
+                if found.may_be:
+                    self.findings[i] = self.answered(step(self, found))
+
+    def change(self, found: ColumnFinding, made: ColumnFinding) -> None:
+        """Put another finding of a column in the place of one."""
+        self.findings = [made if f is found else f for f in self.findings]
 
     def seconds(self, finding: ColumnFinding) -> np.ndarray | None:
         """(N,) times of the finding's table, s; None where no time is known."""
-        label = finding.table.label
-        if label not in self._seconds:
-            found = self.times[label].seconds(finding.table)
-            self._seconds[label] = None if found is None else found[0]
-        return self._seconds[label]
-
-    def forget_times(self, label: str) -> None:
-        """Compute the times of a table again."""
-        self._seconds.pop(label, None)
+        key = finding.table.label, self.times[finding.table.label]
+        if key not in self._seconds:
+            found = key[1].seconds(finding.table)
+            self._seconds[key] = None if found is None else found[0]
+        return self._seconds[key]
 
     def series(self, finding: ColumnFinding, unit: LogUnit | None = None, raw: bool = False) -> ClockSeries | None:
         """The values of a finding over time: in SI units, with another unit if one is given, or as in the file."""
@@ -84,15 +83,25 @@ class RawLog:
 
     def tracks(self) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
         """(name, velocity to north, velocity to east) of all positions and velocities over ground that are known."""
-        kinds: dict[tuple[str, str], Callable[..., tuple[ClockSeries, ClockSeries] | None]] = {
-            ("velocity_north", "velocity_east"): lambda _, __, north, east: (north, east),
-            ("latitude", "longitude"): self._velocity_of_degrees,
-            ("north", "east"): lambda _, __, north, east: track_velocity(north, east),
-            ("speed_over_ground", "course_over_ground"): lambda _, __, speed, course: _along_course(speed, course),
-        }
-        for kind, velocity_of in kinds.items():
+        kinds = (("velocity_north", "velocity_east"), ("latitude", "longitude"), ("north", "east"),
+                 ("speed_over_ground", "course_over_ground"))  # fmt: skip
+        for kind in kinds:
             for (first, one), (second, other) in self.beside(*kind):
-                velocity = velocity_of(first, second, one, other)
+                velocity = (one, other) if kind[0] == "velocity_north" else None
+                if kind[0] == "latitude":  # computed once for equal units, signs and times
+                    columns = id(first.column), id(second.column), id(one.time)
+                    key = (*columns, first.unit, second.unit, first.sign, second.sign)
+                    shared = together(one, other) if key not in self._velocities else None
+                    if shared is not None and np.abs(shared[1]).max() <= 1.58:
+                        plane = on_plane(*shared[1:])[:2]
+                        velocity = track_velocity(*(replace(one, time=shared[0], values=x) for x in plane))
+                    velocity = self._velocities.setdefault(key, velocity)
+                elif kind[0] == "north":
+                    velocity = track_velocity(one, other)
+                elif kind[0] == "speed_over_ground" and (shared := together(one, other, angle_second=True)) is not None:
+                    time, size, angle = shared
+                    north = replace(one, time=time, values=size * np.cos(angle))
+                    velocity = north, replace(north, values=size * np.sin(angle))
                 if velocity is not None:
                     yield f"{first.column.name}, {second.column.name}", *velocity
 
@@ -108,21 +117,6 @@ class RawLog:
             velocity = track_velocity(x, y) if x is not None and y is not None else None
             if velocity is not None:
                 yield f"{first.column.name}, {second.column.name}", *velocity
-
-    def _velocity_of_degrees(
-        self, first: ColumnFinding, second: ColumnFinding, latitude: ClockSeries, longitude: ClockSeries
-    ) -> tuple[ClockSeries, ClockSeries] | None:
-        """The velocity of latitudes and longitudes, computed once for equal units, signs and times."""
-        key = (id(first.column), id(second.column), first.unit, second.unit, first.sign, second.sign, id(latitude.time))
-        if key not in self._velocities:
-            shared = together(latitude, longitude)
-            if shared is None or np.abs(shared[1]).max() > 1.58:
-                self._velocities[key] = None
-            else:
-                north, east, _ = on_plane(*shared[1:])
-                parts = (replace(latitude, time=shared[0], values=x) for x in (north, east))
-                self._velocities[key] = track_velocity(*parts)
-        return self._velocities[key]
 
     def beside(
         self, one: str, other: str
@@ -145,16 +139,6 @@ class RawLog:
                 moving = np.hypot(n, e) > 0.2 * np.quantile(np.hypot(n, e), 0.9)
                 course = np.where(moving, np.arctan2(e, n), np.nan)
                 yield name, ClockSeries(time, unwrapped(course), north.clock, north.dated)
-
-
-def _along_course(speed: ClockSeries, course: ClockSeries) -> tuple[ClockSeries, ClockSeries] | None:
-    """Velocities to north and east of a speed and a course, rad."""
-    shared = together(speed, course, angle_second=True)
-    if shared is None:
-        return None
-    time, size, angle = shared
-    north, east = (replace(speed, time=time, values=size * part(angle)) for part in (np.cos, np.sin))
-    return north, east
 
 
 def speeds(tracks: Sequence[tuple[str, ClockSeries, ClockSeries]]) -> Iterator[tuple[str, ClockSeries]]:

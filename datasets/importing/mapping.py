@@ -14,8 +14,7 @@ from pydantic import AfterValidator, Field, field_validator, model_validator
 from ...models.yaml_file import FileContent, checked, read_yaml
 from .clock import FORMS, Form
 from .draft import NOT_USED, TIME
-from .quantities import quantities
-from .units import UNITS
+from .quantities import UNITS, quantities
 
 if TYPE_CHECKING:
     from .draft import DraftColumn, Question
@@ -156,32 +155,23 @@ def with_columns(mapping: Mapping, said: Dict[tuple[str, str], Dict[str, Any]]) 
     tables: list[dict[str, Any]] = []
     for table in mapping.tables:
         own = {column: entry for (label, column), entry in said.items() if label == table.label}
-        time, own = _timed(table.time, own)
-        columns = [_changed(c, own.get(c.column)) for c in table.columns if c.column not in time["columns"]]
+        time = table.time.model_dump()
+        for name in [name for name, entry in own.items() if entry["to"] == TIME][::-1]:
+            time = {"columns": (name,), "form": own.pop(name).get("unit") or "?"}
+        columns = []
+        for column in (c for c in table.columns if c.column not in time["columns"]):
+            before, entry = column.model_dump(), own.pop(column.column, None)
+            if entry is None:
+                columns.append(before)
+            elif entry["to"] == NOT_USED:
+                columns.append({"column": column.column, "to": NOT_USED})
+            else:  # its scale stays where quantity and unit do
+                same = entry["to"] == column.to and entry.get("unit") == column.unit
+                columns.append((before if same else {"column": column.column}) | dict(entry))
         known = {column.column for column in table.columns}
         columns += [{"column": name, **entry} for name, entry in own.items() if name not in known]
         tables.append(table.model_dump() | {"time": time, "columns": columns})
     return checked(Mapping, mapping.model_dump() | {"tables": tables}, Path("mapping"))
-
-
-def _timed(time: TimeMap, own: Dict[str, Dict[str, Any]]) -> tuple[dict[str, Any], dict[str, Dict[str, Any]]]:
-    """The time of a table as the user says, and what is said of other columns."""
-    others = {name: entry for name, entry in own.items() if entry["to"] != TIME}
-    column = next((name for name, entry in own.items() if entry["to"] == TIME), None)
-    if column is not None:
-        return {"columns": (column,), "form": own[column].get("unit") or "?"}, others
-    return time.model_dump(), others
-
-
-def _changed(column: ColumnMap, entry: Dict[str, Any] | None) -> dict[str, Any]:
-    """A column as the user says; its scale stays where quantity and unit do."""
-    before = column.model_dump()
-    if entry is None:
-        return before
-    if entry["to"] == NOT_USED:
-        return {"column": column.column, "to": NOT_USED}
-    same = entry["to"] == column.to and entry.get("unit") == column.unit
-    return (before if same else {"column": column.column}) | dict(entry)
 
 
 def mapping_text(mapping: Mapping, columns: Sequence[DraftColumn] = ()) -> str:
@@ -194,7 +184,7 @@ def mapping_text(mapping: Mapping, columns: Sequence[DraftColumn] = ()) -> str:
         why = "the side to which a positive rudder turns the ship, where nothing tells it"
         lines.append(f"# positive_rudder: port  # {why}")
     for question in dict.fromkeys(q for row in columns for q in row.questions if _of_whole(q)):
-        lines += _comments([question])
+        lines += _comments(question)
     lines.append("tables:")
     for table in mapping.tables:
         lines += _table_lines(table, told)
@@ -213,14 +203,14 @@ def _table_lines(table: TableMap, told: Dict[tuple[str, str], DraftColumn]) -> l
     listed = ", ".join(str(scalar(name)) for name in time.pop("columns"))
     rest = "".join(f", {key}: {scalar(value)}" for key, value in time.items())
     timed = (told.get((table.label, name)) for name in table.time.columns)
-    lines += [f"    {line}" for row in timed if row is not None for line in _asked_lines(row)]
+    lines += [f"    {line}" for row in timed if row is not None for line in _comments(*_of_column(row))]
     lines.append(f"    time: {{columns: [{listed}]{rest}}}")
     if table.clock_offset_s is not None:
         lines.append(f"    clock_offset_s: {scalar(table.clock_offset_s)}")
     lines.append("    columns:" + ("" if table.columns else " []"))
     for column in table.columns:
         row = told.get((table.label, column.column))
-        lines += [f"      {line}" for line in _asked_lines(row)] if row is not None else []
+        lines += [f"      {line}" for line in _comments(*_of_column(row))] if row is not None else []
         why = f"  # {one_line(row.why)}" if row is not None else ""
         unused = {"unit", "sign", "factor", "offset"} if column.to == NOT_USED else None
         entry = column.model_dump(mode="json", exclude_none=True, exclude_defaults=True, exclude=unused)
@@ -228,12 +218,12 @@ def _table_lines(table: TableMap, told: Dict[tuple[str, str], DraftColumn]) -> l
     return lines
 
 
-def _asked_lines(row: DraftColumn) -> list[str]:
-    """Comments with the questions of a column and their answers."""
-    return _comments([question for question in row.questions if not _of_whole(question)])
+def _of_column(row: DraftColumn) -> list[Question]:
+    """The questions of a column whose answers stand at it."""
+    return [question for question in row.questions if not _of_whole(question)]
 
 
-def _comments(questions: Sequence[Question]) -> list[str]:
+def _comments(*questions: Question) -> list[str]:
     """Comments with questions, and then with their answers."""
     lines = [f"# ASKED: {one_line(question.text)}" for question in questions]
     answers = [answer for question in questions for answer in question.answers]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
+from ..geometry import on_plane
 from ..signals import integral
-from . import units_told
+from . import other_channels
 from .by_motion import smooth, straight
 from .draft import NOT_USED, Answer, Question, Sure
 from .evidence import (
@@ -26,11 +26,9 @@ from .evidence import (
     track_velocity,
 )
 from .finding import WITH_SIDE, ColumnFinding, ask_quantity, identifier, line_of
-from .geodesy import on_plane
 from .log import RawLog, speeds
-from .quantities import is_unsigned, quantities
+from .quantities import UNITS, is_unsigned, quantities
 from .reading import frame_stated
-from .units import UNITS
 
 ALIKE = {"angle": math.radians(2.0), "angular rate": math.radians(0.3), "speed": 0.25, "length": 5.0, "rotation": 0.1}
 """How far two columns of a quantity may be from each other (root mean square) to be the same."""
@@ -60,13 +58,32 @@ def settle(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if set(found.may_be) == {"north", "east"}:
         return _axis(log, found)
     if {*found.may_be} & {"velocity_north", "velocity_east"}:
-        return _velocity(log, found)
+        # a velocity that is that of a track to north or to east, and not both; or one along the ship's own axes
+        series = None if found.unit is None else log.series(found)
+        if series is None:
+            return found
+        for name, north, east in log.tracks():
+            ratios = {"velocity_north": slope(north, series), "velocity_east": slope(east, series)}
+            heading = next((s for f, s in log.all("heading") if f.table is found.table), None)
+            parts = body(heading, north, east) if heading is not None else None
+            if parts is not None:
+                side = slope(parts[1], series)
+                ratios |= {"surge": slope(parts[0], series), "sway": side and abs(side)}
+            alike = [quantity for quantity, x in ratios.items() if x is not None and abs(x - 1.0) < TRACKED]
+            if len(alike) == 1 and alike[0] in found.may_be:
+                return _decided(found, alike[0], f"agrees with the velocity of {name}")
+        return _of_ship(log, found)
     if "speed_over_ground" in found.may_be:
         return _speed(log, found)
     if set(found.may_be) == {"heading", "course_over_ground"}:
         return _course(log, found)
     if set(found.may_be) == {"heading", "yaw_rate"}:
-        return _gyro(log, found)
+        if _turned_by(log, found) > TURNED:
+            return _decided(found, "heading", "it is the integral of the yaw rate")
+        numbers = found.column.finite
+        if numbers.size and numbers.min() >= 0.0 and numbers.max() > 100.0:
+            why = f"values from {numbers.min():.4g} to {numbers.max():.4g}: a heading"
+            return _decided(found, "heading", why, "physics")
     return found
 
 
@@ -96,24 +113,6 @@ def _speed(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     return found
 
 
-def _velocity(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    """A velocity that is that of a track to north or to east, and not both; or one along the ship's own axes."""
-    series = None if found.unit is None else log.series(found)
-    if series is None:
-        return found
-    for name, north, east in log.tracks():
-        ratios = {"velocity_north": slope(north, series), "velocity_east": slope(east, series)}
-        heading = next((s for f, s in log.all("heading") if f.table is found.table), None)
-        parts = body(heading, north, east) if heading is not None else None
-        if parts is not None:
-            side = slope(parts[1], series)
-            ratios |= {"surge": slope(parts[0], series), "sway": side and abs(side)}
-        alike = [quantity for quantity, x in ratios.items() if x is not None and abs(x - 1.0) < TRACKED]
-        if len(alike) == 1 and alike[0] in found.may_be:
-            return _decided(found, alike[0], f"agrees with the velocity of {name}")
-    return _of_ship(log, found)
-
-
 def _of_ship(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """A velocity along an axis of the ship, where it and that along the other axis point ahead, but for a drift that
     goes with the yaw rate; of velocities over ground the difference from the heading, either way, goes with it."""
@@ -140,14 +139,27 @@ def _of_ship(log: RawLog, found: ColumnFinding) -> ColumnFinding:
 
 def _course(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """A course is a heading where the course over ground is another column, or the other way round; or where the
-    integral of the yaw rate is all of it, without the drift."""
+    integral of the yaw rate is all of it, without the drift.
+
+    A course over ground goes much nearer along a track than along that integral.  A heading leads the course of a track
+    by the drift angle, which points out of the turn and goes with its own rate; a course that is shown late lags.
+    """
     turned = _turned_by(log, found)
     if turned > WITHOUT_DRIFT:
         return _decided(found, "heading", "the integral of the yaw rate is all of it")
-    if turned > MOSTLY and (track := _track_along(log, found, 1.0 - turned)):
-        return _decided(found, "course_over_ground", f"goes along {track}, the integral of the yaw rate less")
-    if track := _drifts_from(log, found):
-        return _decided(found, "heading", f"it leads the course of {track} as the ship turns: the drift")
+    series = log.series(found) if found.unit is not None else None
+    beside = [(name, together(series, c, angle_first=True)) for name, c in log.turns()] if series is not None else []
+    known = [(name, *shared) for name, shared in beside if shared is not None and np.isfinite(shared[2]).all()]
+    apart = [(name, time, own, np.angle(np.exp(1j * (own - along)))) for name, time, own, along in known]
+    for name, _, own, lead in apart if turned > MOSTLY else ():
+        if float(np.var(lead)) < NEARER * (1.0 - turned) * float(np.var(own)):
+            return _decided(found, "course_over_ground", f"goes along {name}, the integral of the yaw rate less")
+    for name, time, own, lead in apart:
+        rate = np.gradient(smooth(own, max(1, own.size // 60)), time)
+        with_rate = correlation(lead, rate)
+        late = float(np.std(lead)) / max(float(np.std(rate)), 1e-12)
+        if with_rate > 0.0 and with_rate**2 > LED and float(np.std(lead)) > LEAST_LEAD_RAD and late > LEAST_LEAD_S:
+            return _decided(found, "heading", f"it leads the course of {name} as the ship turns: the drift")
     others = [f.quantity for f in log.findings if f is not found and f.table.clock == found.table.clock]
     for quantity, other in (("heading", "course_over_ground"), ("course_over_ground", "heading")):
         if other in others and quantity not in others:
@@ -158,66 +170,18 @@ def _course(log: RawLog, found: ColumnFinding) -> ColumnFinding:
 def _turned_by(log: RawLog, found: ColumnFinding) -> float:
     """Share of a direction, beyond its straight line, that the integral of a yaw rate of the same table explains; 0
     where there is none."""
-    rates = [f for f in log.findings if f.quantity == "yaw_rate" and f.table is found.table]
-    turn = (
-        2.0 * math.pi
-        if (found.unit is not None and found.unit.name == "rad") or units_told.size_of(found) < 7.0
-        else 360.0
-    )
+    in_radians = (found.unit is not None and found.unit.name == "rad") or other_channels.size_of(found) < 7.0
     angle = log.series(found, raw=True)
-    for rate in rates:
+    for rate in (f for f in log.findings if f.quantity == "yaw_rate" and f.table is found.table):
         series = log.series(rate, raw=True)
         if angle is None or series is None:
             continue
+        turn = 2.0 * math.pi if in_radians else 360.0
         shared = together(replace(angle, values=angle.values * 2.0 * math.pi / turn), series, angle_first=True)
-        if shared is None:
-            continue
-        time, turned, turning = shared
-        return cosine(straight(time, turned), straight(time, integral(turning, time))) ** 2
+        if shared is not None:
+            time, turned, turning = shared
+            return cosine(straight(time, turned), straight(time, integral(turning, time))) ** 2
     return 0.0
-
-
-def _beside_courses(log: RawLog, found: ColumnFinding) -> Iterator[tuple[str, np.ndarray, np.ndarray, np.ndarray]]:
-    """(name of a track, times, direction, course, rad) of every track that a direction can be compared with."""
-    series = log.series(found) if found.unit is not None else None
-    for name, course in log.turns():
-        shared = together(series, course, angle_first=True) if series is not None else None
-        if shared is not None and np.isfinite(shared[2]).all():
-            yield name, *shared
-
-
-def _track_along(log: RawLog, found: ColumnFinding, left: float) -> str:
-    """The track along which a direction goes much nearer than along the integral of a yaw rate, which leaves a share of
-    its variance; '' where there is none."""
-    for name, _, own, along in _beside_courses(log, found):
-        apart = np.angle(np.exp(1j * (own - along)))
-        if float(np.var(apart)) < NEARER * left * float(np.var(own)):
-            return name
-    return ""
-
-
-def _drifts_from(log: RawLog, found: ColumnFinding) -> str:
-    """The track whose course a direction leads by an angle that goes with its own rate, as a heading does by the drift
-    angle, which points out of the turn; '' where there is none.  A course that is shown late lags instead."""
-    for name, time, own, along in _beside_courses(log, found):
-        lead = np.angle(np.exp(1j * (own - along)))
-        rate = np.gradient(smooth(own, max(1, own.size // 60)), time)
-        with_rate = correlation(lead, rate)
-        late = float(np.std(lead)) / max(float(np.std(rate)), 1e-12)
-        if with_rate > 0.0 and with_rate**2 > LED and float(np.std(lead)) > LEAST_LEAD_RAD and late > LEAST_LEAD_S:
-            return name
-    return ""
-
-
-def _gyro(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    if _turned_by(log, found) > TURNED:
-        return _decided(found, "heading", "it is the integral of the yaw rate")
-    numbers = found.column.finite
-    if numbers.size and numbers.min() >= 0.0 and numbers.max() > 100.0:
-        return _decided(
-            found, "heading", f"values from {numbers.min():.4g} to {numbers.max():.4g}: a heading", "physics"
-        )
-    return found
 
 
 def _axis(log: RawLog, found: ColumnFinding) -> ColumnFinding:
@@ -232,12 +196,26 @@ def _axis(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if frame:
         quantity = found.may_be[1 if frame == "enu" else 0]
         return _decided(found, quantity, f"the file states axes {frame.upper()}", "stated")
-    if found.may_be[0] == "east":
-        return found
     x, y = log.series(found, raw=True), log.series(other, raw=True)
-    if x is None or y is None:
+    if found.may_be[0] == "east" or x is None or y is None:
         return found
-    return _axis_by_position(log, found, x) or _axis_by_heading(log, found, x, y) or found
+    for (_, lat), (_, lon) in log.beside("latitude", "longitude"):
+        shared = together(lat, lon)
+        if shared is None or np.abs(shared[1]).max() > 1.58:
+            continue
+        north, east, _ = on_plane(shared[1], shared[2])
+        for quantity, values in (("north", north), ("east", east)):
+            ratio = slope(ClockSeries(shared[0], values, lat.clock, lat.dated), x)
+            if ratio is not None and ratio > 0.0:
+                return _decided(found, quantity, f"{quantity}: agrees with latitude and longitude")
+    velocity, pair = track_velocity(x, y), log.first("heading")
+    ways = (("north", velocity), ("east", velocity[::-1])) if velocity is not None and pair is not None else ()
+    for quantity, parts in ways:
+        told = sense(pair[1], *parts) if pair is not None else None
+        if told is not None and told[0] == "with" and abs(told[1]) < 0.6:
+            name = pair[0].column.name if pair is not None else ""
+            return _decided(found, quantity, f"{quantity}: the track agrees with column {name}")
+    return found
 
 
 def _other_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
@@ -248,39 +226,14 @@ def _other_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
     return next(iter([*turned, *settled]), None)
 
 
-def _axis_by_position(log: RawLog, found: ColumnFinding, x: ClockSeries) -> ColumnFinding | None:
-    for (_, lat), (_, lon) in log.beside("latitude", "longitude"):
-        shared = together(lat, lon)
-        if shared is None or np.abs(shared[1]).max() > 1.58:
-            continue
-        north, east, _ = on_plane(shared[1], shared[2])
-        for quantity, values in (("north", north), ("east", east)):
-            ratio = slope(ClockSeries(shared[0], values, lat.clock, lat.dated), x)
-            if ratio is not None and ratio > 0.0:
-                return _decided(found, quantity, f"{quantity}: agrees with latitude and longitude")
-    return None
-
-
-def _axis_by_heading(log: RawLog, found: ColumnFinding, x: ClockSeries, y: ClockSeries) -> ColumnFinding | None:
-    velocity = track_velocity(x, y)
-    pair = log.first("heading")
-    if velocity is None or pair is None:
-        return None
-    heading = pair[1]
-    for quantity, parts in (("north", velocity), ("east", velocity[::-1])):
-        told = sense(heading, *parts)
-        if told is not None and told[0] == "with" and abs(told[1]) < 0.6:
-            return _decided(found, quantity, f"{quantity}: the track agrees with column {pair[0].column.name}")
-    return None
-
-
 def ask(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the question for its quantity, as one that waits for the answer to another one, or as the answer
     to that tells it."""
     told = settle(log, found)
     if len(told.may_be) == 1 or told.questions:
         return told
-    axis = _open_axis(log, found)
+    open_ones = (f for f in log.findings if f.table is found.table and f.quantity is None)
+    axis = next((f for f in open_ones if {*f.may_be} == {"north", "east"}), None)
     if axis is not None and {*found.may_be} & {"velocity_north", "velocity_east"}:
         return found.unused(f"waits for what {axis.column.name} is")
     if set(found.may_be) == {"north", "east"} and found.may_be[0] == "east" and (other := _other_axis(log, found)):
@@ -289,64 +242,52 @@ def ask(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     return ask_quantity(found, f"What is {found.column.name!r}: {shown}? No other channel tells it.", found.may_be)
 
 
-def _open_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
-    """A position of the same table of which it is open whether it is that to north or to east."""
-    own = (f for f in log.findings if f.table is found.table and f.quantity is None)
-    return next((f for f in own if {*f.may_be} == {"north", "east"}), None)
-
-
-# ------------------------------------------------------------------------------------------------ twins
-
-
 def without_twins(log: RawLog) -> None:
     """Of columns of one file for the same quantity one is used: the others agree with it, or it is asked."""
-    groups: dict[tuple[str, str], list[int]] = {}
-    for i, found in enumerate(log.findings):
-        if found.may_be and len(found.may_be) == 1:
-            groups.setdefault((found.table.clock, found.may_be[0]), []).append(i)
-    for (_, quantity), places in groups.items():
-        if len(places) > 1 and quantity in quantities():
-            _one_of(log, sorted(places, key=lambda i: _rank(log.findings[i])))
+    groups: dict[tuple[str, str], list[ColumnFinding]] = {}
+    for found in log.findings:
+        if found.quantity in quantities():
+            groups.setdefault((found.table.clock, found.may_be[0]), []).append(found)
+    for own in groups.values():
+        # surely of the quantity first: chosen by the user, without questions, with the most numbers
+        first, *others = sorted(
+            own, key=lambda f: ("quantity" not in f.bounded, len(f.questions), -f.column.finite.size)
+        )
+        for found in others:
+            first = _one_of(log, first, found)
 
 
-def _rank(found: ColumnFinding) -> tuple[int, int, int]:
-    """Columns that are surely of a quantity first: chosen by the user, without questions, with the most numbers."""
-    chosen = 0 if "quantity" in found.bounded else 1
-    return chosen, len(found.questions), -int(np.isfinite(found.column.numbers).sum())
-
-
-def _one_of(log: RawLog, places: list[int]) -> None:
-    first, *others = places
-    for i in others:
-        found, used = log.findings[i], log.findings[first]
-        if not found.may_be:
-            continue
-        told = difference(log, used, found)
-        if "quantity" in used.bounded and "quantity" not in found.bounded:
-            log.findings[i] = found.unused(f"{used.column.name} is used, as {used.why[-1]}")
-        elif told is not None and told[0]:
-            log.findings[i] = found.unused(f"{told[1]}; that one is used")
-        elif (stuck := _stuck(used, found)) is not None:
-            log.findings[first if stuck is used else i] = stuck.unused("the same number in every row, another varies")
-            first = i if stuck is used else first
-        elif told is None and found.column.known and used.column.known:
-            log.findings[i] = found.unused(f"{used.table.label} states the same, too short to be compared; it is used")
-        elif found.questions and not used.questions:
-            log.findings[i] = found.unused(f"{used.may_be[0].replace('_', ' ')} is column {used.column.name}")
-        else:
-            log.findings[i] = settled = log.answered(_which(used, found, told[1] if told else ""))
-            if settled.may_be and not settled.questions:
-                log.findings[first] = used.unused(f"{found.column.name} is used, as answered")
-                first = i
-
-
-def _stuck(used: ColumnFinding, found: ColumnFinding) -> ColumnFinding | None:
-    """The one of two columns that shows one number in every row, where the other varies; None else."""
-    known = [f.column.finite for f in (used, found)]
-    if used.quantity in ("latitude", "longitude"):  # whole degrees beside minutes
-        return None
-    still = [bool(numbers.size) and float(np.ptp(numbers)) == 0.0 for numbers in known]
-    return None if still[0] == still[1] or not all(n.size for n in known) else used if still[0] else found
+def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFinding:
+    """The column of two of one quantity that is used; what becomes of the other one is put into the log."""
+    told = difference(log, used, found)
+    still = [float(np.ptp(n)) == 0.0 for n in (used.column.finite, found.column.finite) if n.size]
+    stuck = len(still) == 2 and still[0] != still[1] and used.quantity not in ("latitude", "longitude")
+    chosen, why = used, ""
+    if "quantity" in used.bounded and "quantity" not in found.bounded:
+        why = f"{used.column.name} is used, as {used.why[-1]}"
+    elif told is not None and told[0]:
+        why = f"{told[1]}; that one is used"
+    elif stuck:  # not whole degrees beside minutes
+        chosen, why = (found if still[0] else used), "the same number in every row, another varies"
+    elif told is None and found.column.known and used.column.known:
+        why = f"{used.table.label} states the same, too short to be compared; it is used"
+    elif found.questions and not used.questions:
+        why = f"{used.may_be[0].replace('_', ' ')} is column {used.column.name}"
+    else:
+        name, quantity = found.column.name, found.may_be[0]
+        text = f"{used.column.name!r} and {name!r} are both a {quantity.replace('_', ' ')}: which one is used?"
+        text += f" The second {told[1]}." if told and told[1] else ""
+        one = Answer(NOT_USED, used.column.name, line_of(found, to=NOT_USED))
+        other = Answer(quantity, name, line_of(found))
+        asked = Question(identifier(found, "quantity"), "quantity", found.table.label, name, text, (one, other))
+        settled = log.answered(replace(found, questions=(asked,), sure="guess"))
+        log.change(found, settled)
+        if not settled.may_be or settled.questions:
+            return used
+        chosen, found, why = settled, settled, f"{settled.column.name} is used, as answered"
+    other = used if chosen is found else found
+    log.change(other, other.unused(why))
+    return chosen
 
 
 def difference(log: RawLog, one: ColumnFinding, other: ColumnFinding) -> tuple[bool, str] | None:
@@ -371,18 +312,3 @@ def difference(log: RawLog, one: ColumnFinding, other: ColumnFinding) -> tuple[b
     near = size <= ALIKE.get(one.dimension, 0.0)
     named = one.column.name + (f" [{one.table.sheet}]" if one.table.sheet != other.table.sheet else "")
     return near, f"is {shown:.3g} {unit_text} from {named} (root mean square)".replace("  ", " ")
-
-
-def _which(used: ColumnFinding, found: ColumnFinding, told: str) -> ColumnFinding:
-    """A second column of a quantity, with the question which of the two is used."""
-    quantity = found.may_be[0]
-    text = f"{used.column.name!r} and {found.column.name!r} are both a {quantity.replace('_', ' ')}: which one is used?"
-    question = Question(
-        identifier(found, "quantity"), "quantity", found.table.label, found.column.name,
-        text + (f" The second {told}." if told else ""),
-        (
-            Answer(NOT_USED, used.column.name, line_of(found, to=NOT_USED)),
-            Answer(quantity, found.column.name, line_of(found)),
-        ),
-    )  # fmt: skip
-    return replace(found, questions=(question,), sure="guess")

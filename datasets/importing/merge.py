@@ -48,7 +48,15 @@ def merge(
     not over gaps of more than three of their steps.
     """
     faults: list[FileFault] = []
-    sorted_out = [_after_clock_was_set(stream) for stream in streams]
+    sorted_out = []
+    for stream in streams:
+        jumps = np.flatnonzero(np.diff(stream.time) > YEAR_S)
+        first = int(jumps[0]) + 1 if jumps.size else 0
+        if stream.dated and 0 < first <= COLD * stream.time.size:  # before a clock was set by its first fix
+            years = (stream.time[first] - stream.time[first - 1]) / YEAR_S
+            told = f"{stream.label}: {first} samples before its clock was set, {years:.3g} years earlier, left out"
+            stream = replace(stream.at(slice(first, None)), done=(*stream.done, told))
+        sorted_out.append(stream)
     for stream in sorted_out:
         wrong = time_fault(stream.time if not stream.dated else stream.time - stream.time[0])
         if wrong is not None:
@@ -97,23 +105,6 @@ def _together(streams: Sequence[Stream]) -> dict[str, np.ndarray]:
             if name not in out or np.isfinite(values).sum() > np.isfinite(out[name]).sum():
                 out[name] = values
     return out
-
-
-# ------------------------------------------------------------------------------------------------ clocks
-
-
-def _after_clock_was_set(stream: Stream) -> Stream:
-    """The stream without the samples before a clock was set by its first fix: few, and more than a year earlier."""
-    jumps = np.flatnonzero(np.diff(stream.time) > YEAR_S)
-    first = int(jumps[0]) + 1 if jumps.size else 0
-    if not stream.dated or not 0 < first <= COLD * stream.time.size:
-        return stream
-    years = (stream.time[first] - stream.time[first - 1]) / YEAR_S
-    told = f"{stream.label}: {first} samples before its clock was set, {years:.3g} years earlier, left out"
-    return replace(stream.at(slice(first, None)), done=(*stream.done, told))
-
-
-# ------------------------------------------------------------------------------------------------ samples
 
 
 def _resampled(stream: Stream, grid: np.ndarray, step: float) -> tuple[dict[str, np.ndarray], str]:

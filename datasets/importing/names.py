@@ -76,7 +76,9 @@ def named(parts: tuple[str, ...]) -> Named:
     whole = _known("".join(parts), short=True)
     if whole:
         return Named(whole, why="name")
-    parts = _spelled(parts)
+    # the words of a name, `pos n` and `pos e` in full: without their space they are other words
+    full = {("pos", "n"): ("position", "north"), ("pos", "e"): ("position", "east")}
+    parts = full.get(parts[:2], parts[:2]) + parts[2:]
     told = "".join(part for part in parts if part not in word_list("harmless"))
     if {"".join(parts), told} & listed("other_motions"):
         return Named(why="vertical, or pitch: no quantity of a record")
@@ -87,7 +89,26 @@ def named(parts: tuple[str, ...]) -> Named:
     closer, others = _longest(plain)
     if len(plain) - len(others) > len(found) - len(rest):  # a name with harmless words within
         may_be, rest = closer, others
-    may_be, rest = _narrowed(may_be, rest)
+    # words that are names of the same: the narrowest of all counts, as of `gyro hdt` and `rudder rsa`
+    others = []
+    for part in rest:
+        own = set(_known(part, short=False))
+        if own and (set(may_be) == own or (set(may_be) < own == AXES)):  # nor the letter of an axis, as of `x east`
+            continue
+        if own == {"heading"} < set(may_be) and part in OF_ANY_NORTH:  # that of a compass may be either
+            continue
+        shared = own & set(may_be)
+        if shared and shared < set(may_be):
+            may_be = tuple(quantity for quantity in may_be if quantity in own)
+            continue
+        if shared and own > shared and "heading_magnetic" not in own - shared:  # the narrower word stands already
+            continue
+        speeds = {quantities()[name].dimension for name in (*own, *may_be)} == {"speed"}
+        if len(own) == 1 and len(may_be) > 1 and speeds:  # `speed sway`: a sway
+            may_be = tuple(own)
+            continue
+        others.append(part)
+    rest = others
     if refused and not (may_be and not set(rest) & refused):
         return Named(why=f"{sorted(refused)[0]!r}: no measured quantity of a record")
     symbols = {symbol for symbol, known in _short().items() if known == may_be}
@@ -111,39 +132,6 @@ def _longest(parts: list[str]) -> tuple[tuple[str, ...], list[str]]:
         if (len(text) >= FEWEST or alone or re.match(f"[{HAN}]", text)) and (known := _known(text, short=alone)):
             return known, [*parts[:i], *parts[j:]]
     return (), parts
-
-
-def _spelled(parts: tuple[str, ...]) -> tuple[str, ...]:
-    """The words of a name, `pos n` and `pos e` in full: without their space they are other words."""
-    full = {("pos", "n"): ("position", "north"), ("pos", "e"): ("position", "east")}
-    return full.get(parts[:2], parts[:2]) + parts[2:]
-
-
-def _narrowed(may_be: tuple[str, ...], rest: list[str]) -> tuple[tuple[str, ...], list[str]]:
-    """(what a name may mean, the other words) without words that are names of the same: the narrowest of all counts, as
-    of `gyro hdt` and `rudder rsa`; nor without the letter of an axis beside where it points, as of `x east`."""
-    others = []
-    for part in rest:
-        own = set(_known(part, short=False))
-        if own and (set(may_be) == own or (set(may_be) < own == AXES)):
-            continue
-        if own == {"heading"} < set(may_be) and part in OF_ANY_NORTH:  # that of a compass may be either
-            continue
-        shared = own & set(may_be)
-        if shared and shared < set(may_be):
-            may_be = tuple(quantity for quantity in may_be if quantity in own)
-            continue
-        if shared and own > shared and "heading_magnetic" not in own - shared:  # the narrower word stands already
-            continue
-        if len(own) == 1 and len(may_be) > 1 and _are_speeds((*own, *may_be)):  # `speed sway`: a sway
-            may_be = tuple(own)
-            continue
-        others.append(part)
-    return may_be, others
-
-
-def _are_speeds(names: tuple[str, ...]) -> bool:
-    return {quantities()[name].dimension for name in names} == {"speed"}
 
 
 def _known_spans(parts: list[str]) -> Iterator[tuple[int, int, str]]:
@@ -192,11 +180,6 @@ def is_time(name: str) -> bool:
 def is_date(name: str) -> bool:
     """Whether a name is that of a date."""
     return _is_one(name, "date")
-
-
-def is_week(name: str) -> bool:
-    """Whether a name is that of the number of a GPS week."""
-    return joined(name) in listed("week")
 
 
 def part_of_time(name: str) -> str:

@@ -9,6 +9,7 @@ import zlib
 from array import array
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, partial, reduce
 from pathlib import Path
@@ -18,8 +19,7 @@ import numpy as np
 
 from ...models.errors import BadInput
 from .formats.fields import StatedField, stated_fields
-from .gps_time import start_of_week, utc_of_gps
-from .moments import time_in
+from .moments import start_of_week, time_in, utc_of_gps
 from .raw import RawColumn, RawTable, Rejected, with_faults
 
 SENTENCE = re.compile(r"[$!](?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,4})[A-Z0-9]*,[^$!\\\"]*")
@@ -119,7 +119,10 @@ class Sentences:
             name += f" {message.source}{message.engineshaftnum}"
         if name not in self.groups:
             self.groups[name] = SentenceGroup(kind, talker, numbers=[array("d") for _ in fields])
-        void, group = _is_void(message), self.groups[name]
+        # the data are void, the time is not: status V, or the mode of every receiver is N
+        mode = str(getattr(message, "posMode", "") or "")
+        invalid = message.msgID in ("RMC", "GLL") and getattr(message, "status", "") == "V"
+        void, group = message.msgID == "lost" or invalid or set(mode) == {"N"}, self.groups[name]
         self.others[f"{kind} with status V or mode N"] += void
         self.stamped += bool(stamp)
         group.lines.append(line)
@@ -127,14 +130,18 @@ class Sentences:
         group.stamps.append(stamp)
         for numbers, (_, read) in zip(group.numbers, fields, strict=True):
             numbers.append(np.nan if void else _number(read, message))
-        self.clocks.append(_clock(kind, message))
-        self.days.append(_day(kind, message))
-
-
-def _is_nmea(text: str) -> bool:
-    """Whether most of the first lines hold a sentence."""
-    lines = [line for line in text[:20000].splitlines()[:200] if line.strip()]
-    return len(lines) > 0 and sum(_sentence(line) is not None for line in lines) > 0.5 * len(lines)
+        # (time of day, s; day, seconds since 1970) that a sentence states; nan where it states none
+        clock, date = getattr(message, "utctime" if kind == "PASHR" else "time", None), getattr(message, "date", None)
+        if kind == "ZDA":
+            with suppress(TypeError, ValueError):
+                date = datetime.date(int(message.year), int(message.month), int(message.day))
+        seconds = day = np.nan
+        if isinstance(clock, datetime.time):
+            seconds = clock.hour * 3600.0 + clock.minute * 60.0 + clock.second + clock.microsecond * 1e-6
+        if isinstance(date, datetime.date):
+            day = datetime.datetime(date.year, date.month, date.day, tzinfo=datetime.UTC).timestamp()
+        self.clocks.append(seconds)
+        self.days.append(day)
 
 
 def _sentence(line: str) -> tuple[str, str] | None:
@@ -169,13 +176,18 @@ def read_nmea(text: str, path: Path) -> list[RawTable] | None:
     ------
     BadInput : no known sentence, or no time in the log.
     """
-    if not _is_nmea(text):
+    # most of the first lines hold a sentence
+    lines = [line for line in text[:20000].splitlines()[:200] if line.strip()]
+    if not (len(lines) > 0 and sum(_sentence(line) is not None for line in lines) > 0.5 * len(lines)):
         return None
     found = _parsed(text)
     kinds = sentence_kinds()
     if not any(kinds[group.kind][1] for group in found.groups.values()):
         raise BadInput("no NMEA sentence that can be used", file=path, hint=f"read are {', '.join(kinds)}")
-    stamped = found.stamped > 0.9 * len(found.clocks) and not _line_numbers(found)
+    beside = {place: stamp for g in found.groups.values() for place, stamp in zip(g.places, g.stamps, strict=True)}
+    numbers = [int(stamp) if stamp.isdecimal() and len(stamp) < 12 else -1 for _, stamp in sorted(beside.items())]
+    counted = len(numbers) > 1 and bool(np.mean(np.diff(numbers) == 1) > 0.95)  # the sentences: it is no time
+    stamped = found.stamped > 0.9 * len(found.clocks) and not counted
     times = None if stamped else _times(found, path)
     done = "timed by the stamps beside the sentences" if stamped else (
         "timed by sentences that state it (RMC, GGA, GLL, ZDA, NovAtel); others evenly between, to about a period"
@@ -190,13 +202,6 @@ def read_nmea(text: str, path: Path) -> list[RawTable] | None:
     tables = [_table(path, name, group, times) for name, group in found.groups.items() if kinds[group.kind][1]]
     tables[0] = replace(tables[0], done=(*tables[0].done, *notes))
     return with_faults(tables, found.faults, len(found.clocks) + len(found.faults) + others.total())
-
-
-def _line_numbers(found: Sentences) -> bool:
-    """Whether what stands beside the sentences counts them, and is no time."""
-    beside = {place: stamp for g in found.groups.values() for place, stamp in zip(g.places, g.stamps, strict=True)}
-    numbers = [int(stamp) if stamp.isdecimal() and len(stamp) < 12 else -1 for _, stamp in sorted(beside.items())]
-    return len(numbers) > 1 and bool(np.mean(np.diff(numbers) == 1) > 0.95)
 
 
 def _parsed(text: str) -> Sentences:
@@ -228,7 +233,10 @@ def _kind(sentence: str) -> str:
     address = sentence[1:].split(",", 1)[0]
     if sentence[0] in "#%":
         return novatel_kind(sentence)
-    return maker_kind(address, sentence.split("*")[0]) if address.startswith("P") else address[2:]
+    if not address.startswith("P"):
+        return address[2:]
+    body = sentence.split("*")[0]  # of a maker: the first field may say which one it is
+    return address + (body.split(",", 2)[1] if address in SUBTYPED and "," in body else "")
 
 
 def _sound(sentence: str) -> bool:
@@ -246,48 +254,18 @@ def _message(sentence: str) -> Any:
     if sentence[0] in "#%":
         return novatel_message(sentence)
     try:
-        if (kind := _kind(sentence)) in stated_fields("Makers"):
-            return maker_message(kind, body)
+        if (kind := _kind(sentence)) in stated_fields("Makers"):  # its fields behind address and kind
+            first, *cells = body.split(",")
+            cells = cells[int(kind != first) :]
+            return SentenceParts(kind, tuple(cells)) if any(cells) else None
         return NMEAReader.parse(f"${body}*00\r\n".encode(), validate=0)
     except (NMEAMessageError, NMEAParseError, NMEATypeError, ValueError, TypeError, LookupError, AttributeError):
         return None
 
 
-def _is_void(message: Any) -> bool:
-    """Whether the data of a sentence are void, its time is not: status V, or the mode of every receiver is N."""
-    if message.msgID == "lost":
-        return True
-    status = getattr(message, "status", "") if message.msgID in ("RMC", "GLL") else ""
-    mode = str(getattr(message, "posMode", "") or "")
-    return status == "V" or (mode != "" and set(mode) == {"N"})
-
-
-# ------------------------------------------------------------------------------------------------ times
-
-
-def _clock(kind: str, message: Any) -> float:
-    """The time of day that a sentence states, s; nan where it states none."""
-    clock = getattr(message, "utctime" if kind == "PASHR" else "time", None)
-    if not isinstance(clock, datetime.time):
-        return np.nan
-    return clock.hour * 3600.0 + clock.minute * 60.0 + clock.second + clock.microsecond * 1e-6
-
-
-def _day(kind: str, message: Any) -> float:
-    """The day that a sentence states, seconds since 1970; nan where it states none."""
-    date = getattr(message, "date", None)
-    if kind == "ZDA":
-        try:
-            date = datetime.date(int(message.year), int(message.month), int(message.day))
-        except (TypeError, ValueError):
-            return np.nan
-    if not isinstance(date, datetime.date):
-        return np.nan
-    return datetime.datetime(date.year, date.month, date.day, tzinfo=datetime.UTC).timestamp()
-
-
-def _stamps(found: Sentences, path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """(places of the sentences that state a new time, their epoch seconds; seconds of the first day without a date)."""
+def _times(found: Sentences, path: Path) -> np.ndarray:
+    """(N,) seconds: sentences of a kind that follow a stated time are spread evenly until the next stated time."""
+    # (places of the sentences that state a new time, their epoch seconds; seconds of the first day without a date)
     clocks, days = np.array(found.clocks), np.array(found.days)
     index = np.flatnonzero(np.isfinite(clocks))
     value, day, last = np.empty(index.size), 0.0, -1.0
@@ -304,12 +282,7 @@ def _stamps(found: Sentences, path: Path) -> tuple[np.ndarray, np.ndarray]:
     if new.sum() < 2:
         hint = "log RMC or GGA as well, or put a time stamp before every sentence"
         raise BadInput("the sentences have no time", file=path, hint=hint)
-    return index[new], value[new]
-
-
-def _times(found: Sentences, path: Path) -> np.ndarray:
-    """(N,) seconds: sentences of a kind that follow a stated time are spread evenly until the next stated time."""
-    index, value = _stamps(found, path)
+    index, value = index[new], value[new]
     usual = float(np.median(np.diff(value)))
     after = np.minimum(np.append(value[1:], value[-1] + usual), value + 3.0 * usual)
     out, stating = np.full(len(found.clocks), np.nan), np.isfinite(np.array(found.clocks))
@@ -365,26 +338,6 @@ class SentenceParts:
     cells: tuple[str, ...]
     time: datetime.time | None = None
     date: datetime.date | None = None
-
-
-def maker_kind(address: str, body: str) -> str:
-    """The kind of a sentence of one make: its address, with its first field where that says which one it is."""
-    subtype = body.split(",", 2)[1] if address in SUBTYPED and "," in body else ""
-    return f"{address}{subtype}"
-
-
-def maker_message(kind: str, body: str) -> SentenceParts:
-    """The fields of a sentence of one make, behind its address and kind.
-
-    Raises
-    ------
-    IndexError : it has none.
-    """
-    cells = body.split(",")
-    cells = cells[2 if kind != cells[0] else 1 :]
-    if not any(cells):
-        raise IndexError(kind)
-    return SentenceParts(kind, tuple(cells))
 
 
 def novatel_message(sentence: str) -> SentenceParts | None:

@@ -9,19 +9,18 @@ from dataclasses import replace
 import numpy as np
 
 from ...models.errors import BadInput
-from . import meanings, units_told
+from ..geometry import on_plane
+from . import meanings, other_channels
 from .by_motion import Assignment, Meaning, assignments, motion_of
 from .clock import Form, guess_form
 from .draft import NOT_USED, Answer, Question
 from .evidence import together
 from .finding import WITH_SIDE, ColumnFinding, line_of
-from .geodesy import on_plane
 from .log import RawLog
 from .names import Named
-from .quantities import quantities
+from .quantities import UNITS, LogUnit, quantities
 from .raw import RawTable
 from .times import TableTime
-from .units import UNITS, LogUnit
 
 NONE, SEVERAL = "none", "several"
 """Keys of the answers that no proposal is right, and that more than one column is wrong."""
@@ -59,20 +58,33 @@ def _is_open(found: ColumnFinding) -> bool:
 
 
 def _propose(log: RawLog, table: RawTable, able: Sequence[ColumnFinding]) -> None:
-    wrong = log.answers.get(_id_of_wrong(table))
+    wrong_of = f"{table.label}/wrong column"
+    wrong = log.answers.get(wrong_of)
     made = _proposals(log, table, able) if len(able) <= MOST_COLUMNS and wrong != SEVERAL else []
     if not made:
         return
     question = _question(table, able, made)
     key = said = key_of(question, log.answers)
     if key == NONE:
-        question, known = _question_of_wrong(table, made[0]), wrong in {f.column.name for f in able}
+        meanings = {name: _said(meaning) for name, meaning in made[0].meanings.items()}
+        told = ", ".join(f"{name} is {said}" for name, said in meanings.items())
+        text = f"Which column is wrong? By how they move together {told}."
+        columns = [Answer(n, f"{n} is not {m}", f"change the line of {n}") for n, m in meanings.items()]
+        rest = Answer(SEVERAL, "several, or the time: ask for each column", "change the lines of these columns")
+        question = Question(wrong_of, "columns", table.label, next(iter(meanings)), text, (*columns, rest))
+        known = wrong in {f.column.name for f in able}
         said = key_of(question, log.answers) if known or not table.column(wrong or "") else wrong
         able = [f for f in able if f.column.name != wrong]
     if not said:
         log.proposals.append(question)
     chosen = made[int(key) - 1] if key and key != NONE else made[0]
-    _take(log, table, able, chosen, bool(said))
+    log.times[table.label] = time = chosen.time
+    meant = {f.column.name: _meant(f, chosen.meanings.get(f.column.name), bool(said)) for f in able}
+    log.findings = [
+        meant.get(f.column.name, f) if f.table is table else f
+        for f in log.findings
+        if f.table is not table or f.column.name not in time.columns
+    ]
 
 
 def key_of(question: Question, answers: Mapping[str, str]) -> str | None:
@@ -82,28 +94,6 @@ def key_of(question: Question, answers: Mapping[str, str]) -> str | None:
         keys = ", ".join(answer.key for answer in question.answers)
         raise BadInput(f"{key!r} is no answer to {question.id!r}", hint=f"give one of: {keys}")
     return key
-
-
-def _take(log: RawLog, table: RawTable, able: Sequence[ColumnFinding], chosen: Assignment, sure: bool) -> None:
-    """Put what a proposal says into the log: the time of the table, and what its open columns are."""
-    log.times[table.label] = time = chosen.time
-    log.forget_times(table.label)
-    meant = {f.column.name: _meant(f, chosen.meanings.get(f.column.name), sure) for f in able}
-    log.findings = [
-        meant.get(f.column.name, f) if f.table is table else f
-        for f in log.findings
-        if f.table is not table or f.column.name not in time.columns
-    ]
-
-
-def question_of(label: str) -> str:
-    """Id of the question what the columns of a table are."""
-    return f"{label}/columns"
-
-
-def _id_of_wrong(table: RawTable) -> str:
-    """Id of the question which column is not what it is proposed to be."""
-    return f"{table.label}/wrong column"
 
 
 def _meant(found: ColumnFinding, meaning: Meaning | None, sure: bool) -> ColumnFinding:
@@ -128,7 +118,19 @@ def _proposals(log: RawLog, table: RawTable, able: Sequence[ColumnFinding]) -> l
         found = time.seconds(table)
         if found is None:
             continue
-        values, known = _known(log, table, found[0])
+        # columns whose meaning is known, in SI units; positions of a globe on a plane
+        values, known = dict[str, np.ndarray](), dict[str, Meaning]()
+        for own in (f for f in log.findings if f.table is table and f.quantity is not None):
+            unit = SI.get(own.dimension)
+            if own.unit is not None and unit and own.signed and not own.questions:
+                values[own.column.name] = own.values()
+                known[own.column.name] = Meaning(str(own.quantity), unit, 1, "")
+        for (_, latitude), (_, longitude) in log.beside("latitude", "longitude"):
+            shared = together(latitude, longitude)
+            if shared is not None and np.abs(shared[1]).max() <= np.pi / 2.0 and latitude.clock == table.clock:
+                for name, column in zip(("north", "east"), on_plane(shared[1], shared[2])[:2], strict=True):
+                    values[f" {name}"] = np.interp(found[0], shared[0], column)
+                    known[f" {name}"] = Meaning(name, "m", 1, "")
         senses |= {meaning.quantity for meaning in known.values()} & TELL_SENSE
         values |= {f.column.name: f.column.numbers for f in able if f.column.name not in time.columns}
         motion = motion_of(found[0], values, known)
@@ -165,51 +167,34 @@ def _unevenness(numbers: np.ndarray) -> float:
     return float(np.std(known - slope * rows - start) / np.ptp(known))
 
 
-def _known(log: RawLog, table: RawTable, time: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, Meaning]]:
-    """Columns of a table whose meaning is known, in SI units: (values, meanings); positions of a globe on a plane."""
-    values: dict[str, np.ndarray] = {}
-    known: dict[str, Meaning] = {}
-    for found in log.findings:
-        unit = SI.get(found.dimension) if found.quantity is not None else None
-        if found.table is table and found.unit is not None and unit and found.signed and not found.questions:
-            values[found.column.name] = found.values()
-            known[found.column.name] = Meaning(str(found.quantity), unit, 1, "")
-    for (_, latitude), (_, longitude) in log.beside("latitude", "longitude"):
-        shared = together(latitude, longitude)
-        if shared is not None and np.abs(shared[1]).max() <= np.pi / 2.0 and latitude.clock == table.clock:
-            north, east, _ = on_plane(shared[1], shared[2])
-            for name, column in (("north", north), ("east", east)):
-                values[f" {name}"] = np.interp(time, shared[0], column)
-                known[f" {name}"] = Meaning(name, "m", 1, "")
-    return values, known
-
-
 # ------------------------------------------------------------------------------------------------ question
 
 
 def _question(table: RawTable, able: Sequence[ColumnFinding], made: Sequence[Assignment]) -> Question:
-    """The question which of the proposals is right."""
-    first = made[0]
+    """The question which of the proposals is right; the answers say otherwise than the first, which the draft holds."""
+    first, *others = made
+    mine = first.meanings
     clock = [f"{first.time.columns[0]} is the time ({first.time.form})"] if first.time.sure == "other channel" else []
-    told = ", ".join([*clock, *(f"{name} is {_said(m)}" for name, m in first.meanings.items())])
+    told = ", ".join([*clock, *(f"{name} is {_said(m)}" for name, m in mine.items())])
     text = f"No name tells these columns. By how they move together {told}. Is this right?"
-    answers = [
-        Answer(str(i), "yes, all of it" if i == 1 else f"no, but {_difference(first, one)}", _lines(able, first, one))
-        for i, one in enumerate(made, start=1)
-    ]
+    answers = [Answer("1", "yes, all of it", "nothing more: the draft says it")]
+    for number, its in enumerate((other.meanings for other in others), start=2):
+        changed = [f"{n} is {_said(m)}" for n, m in its.items() if n not in mine or _said(mine[n]) != _said(m)]
+        dropped = [f"{n} is not used" for n in mine if n not in its]
+        lines = [
+            line_of(_meant(f, its.get(name), True), **({} if name in its else {"to": NOT_USED}))
+            for f in able
+            if mine.get(name := f.column.name) != its.get(name)
+        ]
+        said = " and ".join(lines) or "nothing more: the draft says it"
+        answers.append(Answer(str(number), f"no, but {', '.join([*changed, *dropped])}", said))
     rest = Answer(NONE, "no", "change the lines of these columns")
-    at = next(iter(first.meanings))
-    return Question(question_of(table.label), "columns", table.label, at, text, (*answers, rest))
+    return Question(columns_question(table.label), "columns", table.label, next(iter(mine)), text, (*answers, rest))
 
 
-def _question_of_wrong(table: RawTable, first: Assignment) -> Question:
-    """The question which column of the proposal is not what it is proposed to be."""
-    meanings = first.meanings
-    told = ", ".join(f"{name} is {_said(m)}" for name, m in meanings.items())
-    columns = [Answer(name, f"{name} is not {_said(m)}", f"change the line of {name}") for name, m in meanings.items()]
-    rest = Answer(SEVERAL, "several, or the time: ask for each column", "change the lines of these columns")
-    text = f"Which column is wrong? By how they move together {told}."
-    return Question(_id_of_wrong(table), "columns", table.label, next(iter(meanings)), text, (*columns, rest))
+def columns_question(label: str) -> str:
+    """Id of the question what the columns of a table are."""
+    return f"{label}/columns"
 
 
 def _said(meaning: Meaning) -> str:
@@ -219,29 +204,7 @@ def _said(meaning: Meaning) -> str:
     return f"{meaning.quantity.replace('_', ' ')} [{meaning.unit}{sign}]"
 
 
-def _difference(first: Assignment, other: Assignment) -> str:
-    """What another proposal says otherwise."""
-    mine, its = first.meanings, other.meanings
-    changed = [f"{n} is {_said(m)}" for n, m in its.items() if n not in mine or _said(mine[n]) != _said(m)]
-    dropped = [f"{n} is not used" for n in mine if n not in its]
-    return ", ".join([*changed, *dropped])
-
-
-def _lines(able: Sequence[ColumnFinding], first: Assignment, made: Assignment) -> str:
-    """The lines of the map that say what a proposal says otherwise than the first, which the draft holds."""
-    mine, its = first.meanings, made.meanings
-    changed = [f for f in able if mine.get(f.column.name) != its.get(f.column.name)]
-    lines = [
-        line_of(_meant(f, its.get(f.column.name), True), **({} if f.column.name in its else {"to": NOT_USED}))
-        for f in changed
-    ]
-    return " and ".join(lines) or "nothing more: the draft says it"
-
-
 # ---- Units.
-
-YES = "1"
-"""Key of the answer that all of it is right."""
 PASSES = 3
 """How often columns are compared: one that is told may tell the next."""
 FASTEST_TURN_DEG_S = 5.0
@@ -265,13 +228,31 @@ def propose_units(log: RawLog, tables: Sequence[RawTable]) -> None:
         before = list(log.findings)
         _take_likely(log, table, places)
         likely = {i: log.findings[i] for i in places if log.findings[i].unit is not None}
-        question = _question_of_units(identifier, list(likely.values()))
-        sure = key_of(question, log.answers) is not None
         log.findings = before
+        units = ", ".join(_with_unit(found) for found in likely.values())
+        text = f"The file does not state these units. By size and how the columns move together {units}. Is this right?"
+        answers = (
+            Answer("1", "yes, all of it", "nothing more: the draft says it"),
+            Answer(NONE, "no: ask for each column", "change the units of these columns"),
+        )
+        first = before[next(iter(likely))].column.name
+        question = Question(identifier, "columns", table.label, first, text, answers)
+        sure = key_of(question, log.answers) is not None
+        why = "as answered" if sure else "its unit is likely, by its size and how the columns move together"
         for i, found in likely.items():
-            log.findings[i] = _with_likely_unit(before[i], found, sure)
+            log.findings[i] = replace(
+                before[i], unit=found.unit, factor=found.factor, sure="stated" if sure else "guess",
+                why=(*before[i].why, why), bounded=(*before[i].bounded, "unit"),
+            )  # fmt: skip
         if not sure:
             log.proposals.append(question)
+
+
+def _with_unit(found: ColumnFinding) -> str:
+    """What a column may be, and its unit."""
+    assert found.unit is not None
+    unit = found.unit.name if found.factor == 1.0 else f"{found.factor:g} {found.unit.name}"
+    return f"{found.column.name} is {' or '.join(quantity.replace('_', ' ') for quantity in found.may_be)} [{unit}]"
 
 
 def is_open(found: ColumnFinding) -> bool:
@@ -280,8 +261,10 @@ def is_open(found: ColumnFinding) -> bool:
     dimensions = {quantities()[quantity].dimension for quantity in found.may_be}
     told = found.unit is not None or found.foreign or found.unread or found.questions
     known = found.column.finite
-    beyond = bool(set(found.may_be) & set(WITH_SIDE)) and units_told.size_of(found) > units_told.LARGEST_RUDDER_DEG
-    tenths = bool(set(found.may_be) & set(units_told.WRAPPING)) and units_told.in_tenths(found)
+    beyond = (
+        bool(set(found.may_be) & set(WITH_SIDE)) and other_channels.size_of(found) > other_channels.LARGEST_RUDDER_DEG
+    )
+    tenths = bool(set(found.may_be) & set(other_channels.WRAPPING)) and other_channels.in_tenths(found)
     return len(dimensions) == 1 and not (told or beyond or tenths) and dimensions != {"force"} and bool(np.any(known))
 
 
@@ -298,65 +281,27 @@ def _take_likely(log: RawLog, table: RawTable, places: Sequence[int]) -> None:
         for _ in range(PASSES):
             for i, found in enumerate(log.findings):
                 if found.table is table and found.may_be:
-                    log.findings[i] = units_told.by_channel(log, meanings.settle(log, found))
+                    log.findings[i] = other_channels.unit_by_channel(log, meanings.settle(log, found))
 
 
 def _by_size(log: RawLog, table: RawTable, found: ColumnFinding) -> LogUnit:
     """The likely unit of a column: that of the others of its table, or by its size."""
-    size, in_radians = units_told.size_of(found), _in_radians(log, table)
+    size, quantity = other_channels.size_of(found), found.may_be[0]
+    angles = [f for f in log.findings if f.table is table and f.may_be and f.may_be[0] in ANGLES]
+    stated = {f.unit.name for f in angles if f.unit is not None}
+    most = [1.02 * other_channels.LARGEST_RAD.get(f.may_be[0], other_channels.FULL_TURN) for f in angles]
+    small = all(other_channels.size_of(f) <= largest for f, largest in zip(angles, most, strict=True))
+    in_radians = stated == {"rad"} or (not stated and small)
     if found.dimension == "angle":
-        most = units_told.LARGEST_RAD.get(found.may_be[0], units_told.UNWRAPPED)
-        return UNITS["rad" if in_radians and size <= 1.02 * most else "deg"]
+        largest = other_channels.LARGEST_RAD.get(quantity, other_channels.UNWRAPPED)
+        return UNITS["rad" if in_radians and size <= 1.02 * largest else "deg"]
     if found.dimension == "angular rate":
         return UNITS["rad/s" if in_radians else "deg/s" if size <= FASTEST_TURN_DEG_S else "deg/min"]
     if found.dimension == "speed":
-        return UNITS["m/s" if in_radians or found.may_be[0] not in OF_INSTRUMENTS else "kn"]
-    if found.dimension == "length":
-        return UNITS["mm" if _is_fast(log, table, found) else "m"]
+        return UNITS["m/s" if in_radians or quantity not in OF_INSTRUMENTS else "kn"]
+    if found.dimension == "length":  # millimetres where it moves faster than any craft if it is in metres
+        series = log.series(found, raw=True)
+        known = series is not None and bool(np.isfinite(series.time).any())
+        lasts, moved = (np.nanmax(x) - np.nanmin(x) for x in (series.time, series.values)) if known else (0.0, 0.0)
+        return UNITS["mm" if moved > other_channels.FASTEST_M_S * lasts else "m"]
     return UNITS["rps" if size <= MOST_RPS else "rpm"]
-
-
-def _in_radians(log: RawLog, table: RawTable) -> bool:
-    """Whether all angles of a table are in radians, or may be."""
-    angles = [f for f in log.findings if f.table is table and f.may_be and f.may_be[0] in ANGLES]
-    stated = {f.unit.name for f in angles if f.unit is not None}
-    most = [1.02 * units_told.LARGEST_RAD.get(f.may_be[0], units_told.FULL_TURN) for f in angles]
-    small = all(units_told.size_of(f) <= largest for f, largest in zip(angles, most, strict=True))
-    return stated == {"rad"} or (not stated and small)
-
-
-def _is_fast(log: RawLog, table: RawTable, found: ColumnFinding) -> bool:
-    """Whether a position moves faster than any craft if it is in metres."""
-    series = log.series(found, raw=True)
-    if series is None or not np.isfinite(series.time).any():
-        return False
-    lasts = float(np.nanmax(series.time) - np.nanmin(series.time))
-    moved = float(np.nanmax(series.values) - np.nanmin(series.values))
-    return moved > units_told.FASTEST_M_S * lasts
-
-
-def _with_likely_unit(found: ColumnFinding, likely: ColumnFinding, sure: bool) -> ColumnFinding:
-    """The finding of a column with its likely unit."""
-    why = "as answered" if sure else "its unit is likely, by its size and how the columns move together"
-    return replace(
-        found, unit=likely.unit, factor=likely.factor, sure="stated" if sure else "guess", why=(*found.why, why),
-        bounded=(*found.bounded, "unit"),
-    )  # fmt: skip
-
-
-def _question_of_units(identifier: str, likely: Sequence[ColumnFinding]) -> Question:
-    told = ", ".join(f"{f.column.name} is {_said_of_unit(f)}" for f in likely)
-    text = f"The file does not state these units. By size and how the columns move together {told}. Is this right?"
-    answers = (
-        Answer(YES, "yes, all of it", "nothing more: the draft says it"),
-        Answer(NONE, "no: ask for each column", "change the units of these columns"),
-    )
-    first = likely[0]
-    return Question(identifier, "columns", first.table.label, first.column.name, text, answers)
-
-
-def _said_of_unit(found: ColumnFinding) -> str:
-    """What a column may be, and its unit."""
-    assert found.unit is not None
-    unit = found.unit.name if found.factor == 1.0 else f"{found.factor:g} {found.unit.name}"
-    return f"{' or '.join(quantity.replace('_', ' ') for quantity in found.may_be)} [{unit}]"

@@ -12,8 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ...models.errors import BadInput
-from .cell_texts import Texts
-from .cells import GAPS, Decorated, Style, decorated, missing_value, numbers_of
+from .cells import GAPS, Decorated, Style, Texts, decorated, missing_value, numbers_of
 
 Rejected: TypeAlias = tuple[int, str, str]
 """A line that is left out: its number, what is wrong, its text."""
@@ -102,9 +101,13 @@ class RawColumn:
         return {}
 
     def text(self, index: int) -> str:
-        """The cell as it stands, or the number in short form."""
+        """The cell as it stands, or the number in short form: six digits, of degrees nine (a metre), of seconds since
+        1970 or days since 1900 the milliseconds."""
         value = self.values[index]
-        return value.strip() if isinstance(value, str) else _short(float(value))
+        if isinstance(value, str):
+            return value.strip()
+        size = abs(float(value))
+        return f"{float(value):.{6 if size < 10.0 else 9 if size < 1e4 else 14}g}"
 
     def first(self, count: int = 3) -> tuple[str, ...]:
         """The first cells that are no gaps."""
@@ -122,12 +125,6 @@ def _not_gaps(texts: Texts, which: np.ndarray) -> np.ndarray:
     """Indices of those of some cells, which (N,), that do not mean a gap."""
     rows = np.flatnonzero(which)
     return rows[~texts.take(rows).among(GAPS)] if rows.size else rows
-
-
-def _short(value: float) -> str:
-    """Six digits, of degrees nine (a metre), of seconds since 1970 or days since 1900 the milliseconds."""
-    size = abs(value)
-    return f"{value:.{6 if size < 10.0 else 9 if size < 1e4 else 14}g}"
 
 
 @dataclass(frozen=True)

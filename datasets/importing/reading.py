@@ -15,9 +15,8 @@ from .finding import WITH_SIDE, ColumnFinding, ask_numbers, ask_quantity, ask_sc
 from .headers import PERCENT, ColumnHeader, read_header, sign_stated, west_or_south
 from .mapping import ColumnMap
 from .names import Named, named, words
-from .quantities import RATE_OF, is_unsigned, quantities, vague_names, word_list
+from .quantities import RATE_OF, UNITS, is_unsigned, quantities, tidy, unit_of, vague_names, word_list
 from .raw import RawColumn, RawTable
-from .units import UNITS, LogUnit, tidy, unit_of
 
 NAMELESS = re.compile(r"column \d+")
 """What the reader calls a column without a name."""
@@ -40,11 +39,8 @@ PULSES = ("us", "µs", "pwm")
 def stated(table: RawTable, column: RawColumn, given: ColumnMap | None, mapped: bool) -> ColumnFinding:
     """The finding of a column from what is said of it; `mapped`: there is a map, and it need not name the column."""
     base = ColumnFinding(table, column)
-    return _with_missing(_stated(base, given, mapped))
-
-
-def _with_missing(found: ColumnFinding) -> ColumnFinding:
-    """The finding, with the number that stands for missing values."""
+    # a number that stands for missing values
+    found = _stated(base, given, mapped)
     missing = found.column.missing
     if not found.may_be or missing is None:
         return found
@@ -55,39 +51,30 @@ def _with_missing(found: ColumnFinding) -> ColumnFinding:
 def _stated(base: ColumnFinding, given: ColumnMap | None, mapped: bool) -> ColumnFinding:
     column = base.column
     if given is not None:
-        return _from_map(base, given)
+        if given.to == NOT_USED:
+            return base.unused("the map says so")
+        header = _from_header(base)
+        if given.to == "?":
+            return header
+        unit = None if given.unit in ("?", None) else UNITS[given.unit]
+        decided = replace(
+            base, may_be=(given.to,), unit=unit, factor=given.factor, offset=given.offset, why=("the map says so",),
+            sign=1 if given.sign == "?" else given.sign, signed=given.sign != "?", side=header.side,
+            bounded=("quantity", *(("unit",) if unit else ()), *(("sign",) if given.sign != "?" else ())),
+        )  # fmt: skip
+        if unit is None and header.may_be == (given.to,):
+            decided = replace(decided, unit=header.unit, factor=header.factor)
+        if not decided.signed and header.may_be == (given.to,):
+            decided = replace(decided, sign=header.sign, signed=header.signed)
+        return decided
     if mapped:
         return base.unused(column.source if column.known == NOT_USED else "not in the map")
     if column.known:
-        return _from_format(base)
+        if column.known in (NOT_USED, "time"):
+            return base.unused(column.source)
+        unit = unit_of(column.unit, quantities()[column.known].dimension) or UNITS.get(column.unit)
+        return replace(base, may_be=(column.known,), unit=unit, signed=True, side=column.side, why=(column.source,))
     return _from_header(base)
-
-
-def _from_map(base: ColumnFinding, given: ColumnMap) -> ColumnFinding:
-    if given.to == NOT_USED:
-        return base.unused("the map says so")
-    header = _from_header(base)
-    if given.to == "?":
-        return header
-    unit = None if given.unit in ("?", None) else UNITS[given.unit]
-    decided = replace(
-        base, may_be=(given.to,), unit=unit, factor=given.factor, offset=given.offset, why=("the map says so",),
-        sign=1 if given.sign == "?" else given.sign, signed=given.sign != "?", side=header.side,
-        bounded=("quantity", *(("unit",) if unit else ()), *(("sign",) if given.sign != "?" else ())),
-    )  # fmt: skip
-    if unit is None and header.may_be == (given.to,):
-        decided = replace(decided, unit=header.unit, factor=header.factor)
-    if not decided.signed and header.may_be == (given.to,):
-        decided = replace(decided, sign=header.sign, signed=header.signed)
-    return decided
-
-
-def _from_format(base: ColumnFinding) -> ColumnFinding:
-    column = base.column
-    if column.known in (NOT_USED, "time"):
-        return base.unused(column.source)
-    unit = unit_of(column.unit, quantities()[column.known].dimension) or UNITS.get(column.unit)
-    return replace(base, may_be=(column.known,), unit=unit, signed=True, side=column.side, why=(column.source,))
 
 
 def _from_header(base: ColumnFinding) -> ColumnFinding:
@@ -103,12 +90,22 @@ def _from_header(base: ColumnFinding) -> ColumnFinding:
         below = read_header(column.below, column.unit)
         own, text = _name(below)
         header, name, suffix = (below, own, text) if own.may_be and not own.extra else (header, name, suffix)
-    if not name.may_be:
-        header, name, suffix = _label(column) or (header, name, suffix)
-    if name.may_be == ("sway",) and len(header.words) == 1 and _one_way(column.numbers):
+    for text in column.said if not name.may_be else ():  # `CH1: rudder angle` above the header
+        label = read_header(text, column.unit)
+        own, spelt = _name(label)
+        if label.words and own.may_be and not own.extra:
+            header, name, suffix = label, own, spelt
+            break
+    known = column.finite  # of a speed that is called v, not of a sway, to one side of 0 and far from it
+    one_way = known.size > 0 and float(known.min()) > FAR_FROM_0 * float(known.max())
+    if name.may_be == ("sway",) and len(header.words) == 1 and one_way:
         name = replace(name, may_be=vague_names()["speed"])
     base = replace(base, unread=header.unread)
-    name = replace(name, extra=tuple(word for word in name.extra if word not in _group_words(base.table, column)))
+    # the group that a name begins with, as in `ATTITUDE.roll` beside `ATTITUDE.yaw`, is that of a message
+    prefix = PREFIX.match(column.name)
+    grouped = prefix and any(c is not column and c.name.startswith(prefix[0]) for c in base.table.columns)
+    group = words(prefix[0]) if prefix and grouped else ()
+    name = replace(name, extra=tuple(word for word in name.extra if word not in group))
     if not name.may_be:
         return base.unused(name.why)
     empty = not np.isfinite(column.numbers).any() and not column.first(1)
@@ -123,22 +120,21 @@ def _from_header(base: ColumnFinding) -> ColumnFinding:
     if name.extra and not found.may_be:  # the name is doubtful, and its unit is none of what it may mean
         return base.unused(Named().why)
     found = _with_sign(found, positive)
-    found = _doubted(found, name) if name.extra else found
-    found = _with_times(found, header.times) if header.times != 1.0 and found.unit is not None else found
-    return ask_numbers(found) if column.style == "open" and _either(column) else found
-
-
-def _one_way(numbers: np.ndarray) -> bool:
-    """Whether numbers (N,) keep to one side of 0, far from it: those of a speed that is called v, not of a sway."""
-    known = numbers[np.isfinite(numbers)]
-    return bool(known.size) and float(known.min()) > FAR_FROM_0 * float(known.max())
-
-
-def _label(column: RawColumn) -> tuple[ColumnHeader, Named, str] | None:
-    """What a line above the header calls a column whose name says nothing: `CH1: rudder angle`; None for nothing."""
-    headers = [header for text in column.said if (header := read_header(text, column.unit)).words]
-    labels = [(header, *_name(header)) for header in headers]
-    return next((label for label in labels if label[1].may_be and not label[1].extra), None)
+    if name.extra:
+        shown = " ".join(name.extra)
+        text = f"Is {column.name!r} a column of {' or '.join(found.may_be)}? {shown!r} in its name is not known."
+        asked = ask_quantity(found, text, found.may_be)
+        *others, question = asked.questions
+        doubt = shown if len(found.may_be) == 1 else ""
+        found = replace(asked, questions=(*others, replace(question, doubt=doubt)))
+    if header.times != 1.0 and found.unit is not None:  # `x10`
+        times, unit = header.times, found.unit.name
+        text = f"{column.name!r} says x{times:g}: is one of the file {1.0 / times:g} {unit}, or 1?"
+        found = ask_scale(found, text, unit, unit, (1.0 / times, 1.0), 1.0)
+    texts = column.texts.unique() if column.style == "open" and column.texts is not None else []
+    told = [text for text in texts if text.lower() not in GAPS]
+    either = bool(told) and all(EITHER.fullmatch(text) and "," in text for text in told)
+    return ask_numbers(found) if either else found
 
 
 def _called(table: RawTable, column: RawColumn) -> str:
@@ -155,21 +151,6 @@ def _called(table: RawTable, column: RawColumn) -> str:
         if (name := named(words(text))).may_be and not name.extra
     )
     return group or next(told, column.name)
-
-
-def _group_words(table: RawTable, column: RawColumn) -> frozenset[str]:
-    """Words of the group that a name begins with, as in `ATTITUDE.roll` beside `ATTITUDE.yaw`: those of a message."""
-    prefix = PREFIX.match(column.name)
-    if prefix is None:
-        return frozenset()
-    others = [c for c in table.columns if c is not column and c.name.startswith(prefix[0])]
-    return frozenset(words(prefix[0])) if others else frozenset()
-
-
-def _either(column: RawColumn) -> bool:
-    """Whether every number of a column has a comma that may stand for thousands or for decimals."""
-    told = [] if column.texts is None else [text for text in column.texts.unique() if text.lower() not in GAPS]
-    return bool(told) and all(EITHER.fullmatch(text) and "," in text for text in told)
 
 
 def _name(header: ColumnHeader) -> tuple[Named, str]:
@@ -194,22 +175,6 @@ def _other_unit(found: ColumnFinding, extra: tuple[str, ...]) -> str:
     return last if unit is not None and not any(unit_of(last, dimension) for dimension in dimensions) else ""
 
 
-def _doubted(found: ColumnFinding, name: Named) -> ColumnFinding:
-    shown = " ".join(name.extra)
-    text = f"Is {found.column.name!r} a column of {' or '.join(found.may_be)}? {shown!r} in its name is not known."
-    asked = ask_quantity(found, text, found.may_be)
-    *others, question = asked.questions
-    doubt = shown if len(found.may_be) == 1 else ""
-    return replace(asked, questions=(*others, replace(question, doubt=doubt)))
-
-
-def _with_times(found: ColumnFinding, times: float) -> ColumnFinding:
-    """A finding whose header says `x10`, with the question whether the numbers are ten times the value."""
-    assert found.unit is not None
-    text = f"{found.column.name!r} says x{times:g}: is one of the file {1.0 / times:g} {found.unit.name}, or 1?"
-    return ask_scale(found, text, found.unit.name, found.unit.name, (1.0 / times, 1.0), 1.0)
-
-
 def _with_unit(found: ColumnFinding, header: ColumnHeader, suffix: str, said: list[ColumnHeader]) -> ColumnFinding:
     """The finding with the unit that is stated, and what it leaves of the quantities that the name may mean."""
     headers = [header, *said]
@@ -218,7 +183,8 @@ def _with_unit(found: ColumnFinding, header: ColumnHeader, suffix: str, said: li
     texts = [*named_unit, *([suffix] if suffix else []), *([lettered.unit] if lettered and lettered.unit else [])]
     for quantity in [q for q in found.may_be] + [RATE_OF[q] for q in found.may_be if q in RATE_OF]:
         dimension = quantities()[quantity].dimension
-        unit, factor = _stated_unit(headers, texts, dimension)
+        stated_units = [*(h.unit(dimension) for h in headers), *((unit_of(text, dimension), 1.0) for text in texts)]
+        unit, factor = next((pair for pair in stated_units if pair[0] is not None), (None, 1.0))
         if unit is not None and dimension == "rotation" and unit.name == "rps" and suffix == "hz":
             unit, factor = UNITS["rps"], 1.0
         if unit is not None:
@@ -229,21 +195,10 @@ def _with_unit(found: ColumnFinding, header: ColumnHeader, suffix: str, said: li
     other = next((text for h in headers for text in h.units if unit_of(text) is not None), "") or next(pulses, "")
     place = found.may_be[0] in ("latitude", "longitude")
     timed = next((text for h in headers for text in h.units if tidy(text) in OF_TIME and not place), "")
-    return _with_foreign(found, foreign or other or timed) if foreign or other or timed else found
-
-
-def _stated_unit(headers: list[ColumnHeader], texts: list[str], dimension: str) -> tuple[LogUnit | None, float]:
-    for header in headers:
-        unit, factor = header.unit(dimension)
-        if unit is not None:
-            return unit, factor
-    found = next((unit for text in texts if (unit := unit_of(text, dimension))), None)
-    return found, 1.0
-
-
-def _with_foreign(found: ColumnFinding, text: str) -> ColumnFinding:
-    """A finding whose stated unit is none of the quantity: of a rudder per cent or volts."""
-    if found.may_be[0] in WITH_SIDE and len(found.may_be) == 1 and tidy(text) not in OF_TIME:
+    text = foreign or other or timed
+    if not text:
+        return found
+    if found.may_be[0] in WITH_SIDE and len(found.may_be) == 1 and tidy(text) not in OF_TIME:  # per cent or volts
         return replace(found, why=(*found.why, f"unit {text!r} stated"), foreign=text)
     return found.unused(f"{' or '.join(found.may_be)}? its unit {text!r} is none of it")
 
@@ -258,7 +213,10 @@ def ask_foreign(found: ColumnFinding) -> ColumnFinding:
     if text.lower() in PULSES:
         said = f"{found.column.name!r} is a servo's pulse, 1500 us amidships: how many degrees are 400 us?"
         return ask_scale(found, said, "degrees at 1900 us", "deg", (35.0, 45.0, 30.0), 400.0, zero=1500.0)
-    if _rests_aside(found.column.numbers):
+    # a signal that keeps to one side of 0, which then need not be its middle
+    known = found.column.numbers[np.isfinite(found.column.numbers)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+    if min(-low, high) < ONE_SIDED * max(-low, high):
         why = (
             f"in {text} and to one side of 0 only: what it is amidships is not stated; the map takes factor and offset"
         )
@@ -268,13 +226,6 @@ def ask_foreign(found: ColumnFinding) -> ColumnFinding:
         return ask_scale(found, said, "degrees at 100 %", "deg", (35.0, 45.0, 30.0), 100.0)
     said = f"{found.column.name!r} is in {text}: how many degrees are one of it? 0 is taken as amidships."
     return ask_scale(found, said, "degrees of one unit of the file", "deg", (1.0,), 1.0)
-
-
-def _rests_aside(numbers: np.ndarray) -> bool:
-    """Whether a signal keeps to one side of 0, which then need not be its middle."""
-    known = numbers[np.isfinite(numbers)]
-    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
-    return min(-low, high) < ONE_SIDED * max(-low, high)
 
 
 ONE_SIDED = 0.1
@@ -308,7 +259,8 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
     if positive and quantity in ("yaw_rate", "sway", "roll", "roll_rate"):
         sign = 1 if positive == "starboard" else -1
         return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
-    if as_in_a_record(found):
+    own = [column.name for column in found.table.columns if column.name in ACCEPTED]
+    if found.column.name in own and len(own) >= FEWEST_OF_RECORD:  # as several of its table
         return found.told("stated", "the name is that of a record's column", signed=True)
     compass = quantity in ("heading", "heading_magnetic", "course_over_ground")
     mathematical = word_list("mathematical") & set(read_header(_called(found.table, found.column)).words)
@@ -323,12 +275,6 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
     if compass and positive == "port":
         return found.told("stated", "positive to port stated", signed=True, sign=-1)
     return replace(found, signed=is_unsigned(quantity) or goes_ahead(found))
-
-
-def as_in_a_record(found: ColumnFinding) -> bool:
-    """Whether a column has the name of a record's column, as several of its table do."""
-    own = [column.name for column in found.table.columns if column.name in ACCEPTED]
-    return found.column.name in own and len(own) >= FEWEST_OF_RECORD
 
 
 def _with_sense(found: ColumnFinding) -> ColumnFinding:

@@ -58,7 +58,11 @@ class ImportFault(BadInput):
         draft: Mapping | None = None,
         questions: Sequence[Question] = (),
     ) -> None:
-        fatal = [*(_as_fault(question) for question in questions), *(fault for fault in faults if fault.fatal)]
+        fatal = [fault for fault in faults if fault.fatal]
+        for question in reversed(questions):
+            lines = " or ".join(answer.line for answer in question.answers[:3]) or question.number
+            hint, column = f"put into the map: {lines}", question.column or None
+            fatal.insert(0, FileFault(question.table, question.text, hint, column=column, fatal=True))
         self.faults, self.columns, self.draft = tuple(faults), tuple(columns), draft
         self.questions = tuple(questions)
         if len(fatal) == 1:
@@ -72,13 +76,6 @@ class ImportFault(BadInput):
 
     def __reduce__(self):
         return ImportFault, (self.faults, self.columns, self.draft, self.questions)
-
-
-def _as_fault(question: Question) -> FileFault:
-    lines = " or ".join(answer.line for answer in question.answers[:3]) or question.number
-    return FileFault(
-        question.table, question.text, f"put into the map: {lines}", column=question.column or None, fatal=True
-    )
 
 
 def refuse_fatal(
@@ -185,7 +182,8 @@ class Import(Result):
         BadInput : a file exists, or cannot be written.
         """
         path = Path(path)
-        places = self._places(path)
+        several = [path.with_name(f"{path.stem}-{record.name}{path.suffix}") for record in self.records]
+        places = [path] if len(self.records) == 1 else several
         writers: dict[Path, Callable[[Path], object]] = {}
         for place, record in zip(places, self.records, strict=True):
             writers |= record_writers(record, place)
@@ -204,12 +202,6 @@ class Import(Result):
     def write_mapping(self, path: FilePath, *, force: bool = False) -> None:
         """Write the mapping alone, to be changed by hand; BadInput where it exists or cannot be written."""
         write_mapping(self.mapping, path, force, self.report.columns)
-
-    def _places(self, path: Path) -> list[Path]:
-        """Where each record is written."""
-        if len(self.records) == 1:
-            return [path]
-        return [path.with_name(f"{path.stem}-{record.name}{path.suffix}") for record in self.records]
 
     def __repr__(self) -> str:
         return f"<Import of {', '.join(record.name for record in self.records)}>"

@@ -54,36 +54,19 @@ def cut(record: Record) -> list[tuple[ManoeuvreSegment, Record]]:
 
 def find_segments(record: Record) -> list[ManoeuvreSegment]:
     """The manoeuvres of a record in their order; empty where there is no rudder, or it is not known or never laid."""
-    rudder = _filled(record.rudder()) if any(map(record.has, RUDDERS)) else None
-    if rudder is None:
-        return []
-    least = max(LEAST_RAD, SHARE * float(np.quantile(np.abs(rudder), 0.99)))
-    stretches = _stretches(rudder, least, _shortest_straight(record, rudder, least))
-    groups = _between_straights(stretches)
-    found = [_named(record, group) for group in groups]
-    return [s for s in found if s.stop - s.start >= MIN_SAMPLES]
-
-
-def _filled(values: np.ndarray) -> np.ndarray | None:
-    """Values (N,) with gaps filled by the value before; None where too few are known."""
-    known = np.flatnonzero(np.isfinite(values))
+    known = np.flatnonzero(np.isfinite(record.rudder())) if any(map(record.has, RUDDERS)) else np.zeros(0, dtype=int)
     if known.size < FEWEST:
-        return None
-    place = np.maximum(np.searchsorted(known, np.arange(values.size), side="right") - 1, 0)
-    return values[known[place]]
-
-
-def _shortest_straight(record: Record, rudder: np.ndarray, least: float) -> int:
-    """Samples that the rudder is amidships on a straight run, rather than on its way to the other side."""
+        return []
+    place = np.maximum(np.searchsorted(known, np.arange(record.n), side="right") - 1, 0)
+    rudder = record.rudder()[known[place]]  # gaps are filled by the value before
+    least = max(LEAST_RAD, SHARE * float(np.quantile(np.abs(rudder), 0.99)))
+    # fewest samples amidships of a straight run, rather than on its way to the other side
     with np.errstate(all="ignore"):
         rate = np.abs(np.diff(rudder) / np.diff(record.time_s))
     moving = rate[rate > 0.1 * rate.max()] if rate.size and rate.max() > 0.0 else np.zeros(0)
     crossing = 2.0 * least / float(np.median(moving)) if moving.size else 0.0
-    return max(FEWEST, math.ceil(CROSSINGS * crossing / record.dt))
-
-
-def _stretches(rudder: np.ndarray, least: float, shortest: int) -> list[Stretch]:
-    """Stretches of one side; short ones amidships belong to the side after them."""
+    # stretches of one side; short ones amidships belong to the side after them
+    shortest = max(FEWEST, math.ceil(CROSSINGS * crossing / record.dt))
     side = np.where(np.abs(rudder) > least, np.sign(rudder), 0.0).astype(int)
     edges = [0, *(np.flatnonzero(np.diff(side)) + 1).tolist(), side.size]
     raw = [(int(side[a]), a, b) for a, b in pairwise(edges)]
@@ -98,18 +81,16 @@ def _stretches(rudder: np.ndarray, least: float, shortest: int) -> list[Stretch]
         else:
             out.append((own, start, stop))
         start = stop
-    return out
-
-
-def _between_straights(stretches: Sequence[Stretch]) -> list[list[Stretch]]:
-    """Stretches grouped: a straight run alone, all between two straight runs together."""
+    stretches = out
+    # stretches grouped: a straight run alone, all between two straight runs together
     groups: list[list[Stretch]] = []
     for stretch in stretches:
         if stretch[0] == 0 or not groups or groups[-1][-1][0] == 0:
             groups.append([stretch])
         else:
             groups[-1].append(stretch)
-    return groups
+    found = [_named(record, group) for group in groups]
+    return [s for s in found if s.stop - s.start >= MIN_SAMPLES]
 
 
 def _named(record: Record, group: Sequence[Stretch]) -> ManoeuvreSegment:

@@ -14,8 +14,7 @@ import numpy as np
 
 from ...models.errors import BadInput
 from ..arrow_csv import FEWEST_BYTES, arrow
-from .cell_texts import Texts
-from .cells import GAPS, is_number
+from .cells import GAPS, Texts, is_number
 from .layout import (
     LONGEST,
     SAMPLE,
@@ -50,7 +49,11 @@ UNQUOTED = re.compile(r"-?\d+,\d+(,-?\d+,\d+)+")
 def decoded(data: bytes, path: Path) -> tuple[str, str]:
     """(text, its encoding): UTF-8, UTF-16, the likely one of another script, or else Windows-1252; BadInput where
     the file is no text."""
-    encoding = next((name for mark, name in MARKS if data.startswith(mark)), None) or _unmarked(data[:4096])
+    encoding = next((name for mark, name in MARKS if data.startswith(mark)), None)
+    head = data[:4096]
+    even, odd = head[0::2].count(0), head[1::2].count(0)
+    if encoding is None and len(head) > 20 and max(even, odd) > 0.4 * len(head) / 2 and min(even, odd) == 0:
+        encoding = "utf-16-le" if even == 0 else "utf-16-be"  # without a mark: zeros in every other byte
     if encoding is None:
         try:
             return data.decode("utf-8"), "utf-8"
@@ -76,14 +79,6 @@ def _unstated(data: bytes) -> str:
     return best.encoding if best is not None and best.encoding.startswith(OTHER_SCRIPTS) else "cp1252"
 
 
-def _unmarked(head: bytes) -> str | None:
-    """The form of UTF-16 without a mark, told by zeros in every other byte."""
-    even, odd = head[0::2].count(0), head[1::2].count(0)
-    if len(head) > 20 and odd > 0.4 * len(head) / 2 and even == 0:
-        return "utf-16-le"
-    return "utf-16-be" if len(head) > 20 and even > 0.4 * len(head) / 2 and odd == 0 else None
-
-
 def usual_width(widths: Iterable[int]) -> int:
     """The commonest number of cells."""
     return Counter(widths).most_common(1)[0][0]
@@ -102,7 +97,14 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
     if not sample:
         raise BadInput("the file is empty", file=path)
     plain = [line for _, line in sample if not COMMENT.match(line)]
-    _refuse_two_commas(plain[: 2 * SAMPLE], path)
+    head, body = plain[: 2 * SAMPLE], plain[: 2 * SAMPLE][-SAMPLE:]
+    header = next((line for line in head if re.search(r"[A-Za-z]{2}", line)), "")
+    width = header.count(",") + 1
+    numbers = sum(UNQUOTED.fullmatch(line.strip()) is not None for line in body)
+    commas = width > 1 and ";" not in header and numbers > 0.5 * len(body)
+    if commas and usual_width(line.count(",") + 1 for line in body) > width:
+        hint = "export it with semicolons or tabs between the columns, or with decimal points"
+        raise BadInput("decimal commas cannot be told from the commas between columns", file=path, hint=hint)
     # exponents that Fortran writes with D, and numbers that touch
     tidy = EXPONENT.sub("E", text) if any(map(EXPONENT.search, plain[:SAMPLE])) else text
     body = [EXPONENT.sub("E", line) for line in plain[: 2 * SAMPLE]][-SAMPLE:]
@@ -113,7 +115,12 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
         text, sample = tidy, [(number, _bounded(number, line, path)) for number, line in _sample(tidy)]
     rows = [_line(number, line, separator) for number, line in sample]
     rows = _with_names(rows, sample) if separator == " " else rows
-    width = _width_without_trailing(rows)
+    # a separator at the end of every line makes an empty cell there
+    long = [row for row in rows if not row.comment and len(row.cells) > 2]
+    width = usual_width(len(row.cells) for row in long) if long else None
+    trailed = [not row.cells[-1].strip() for row in long]
+    if sum(trailed) < 0.9 * len(long) or any(row.cells[-1].strip() for row in long if len(row.cells) == width):
+        width = None
     known = ((number, _bounded(number, line, path)) for number, line in numbered_lines(text))
     lines = (_untrailed(_line(number, line, separator), width) for number, line in known)
     done = [f"{encoding} text, separated by {SEPARATORS[separator]}"]
@@ -148,24 +155,24 @@ def numbered_lines(text: str) -> Iterator[tuple[int, str]]:
     Cells in quotes may hold line breaks near the begin of the text, where headers are.
     """
     start, number, size = 0, 0, len(text)
+
+    def end_from(place: int) -> int:
+        found = text.find("\n", place)
+        return found if found >= 0 else size
+
     while start < size:
         number, first = number + 1, number + 1
-        stop = _end_of(text, start, size)
+        stop = end_from(start)
         line = text[start:stop]
         while start < HEAD and '"' in line and line.count('"') % 2 and number - first < MOST_BREAKS and stop < size:
-            number, stop = number + 1, _end_of(text, stop + 1, size)
+            number, stop = number + 1, end_from(stop + 1)
             line = text[start:stop]
         if line.count('"') % 2 and number > first:
-            number, stop = first, _end_of(text, start, size)
+            number, stop = first, end_from(start)
             line = text[start:stop]
         if line and not line.isspace():
             yield first, line.rstrip("\r")
         start = stop + 1
-
-
-def _end_of(text: str, start: int, size: int) -> int:
-    found = text.find("\n", start)
-    return found if found >= 0 else size
 
 
 def _sample(text: str) -> list[tuple[int, str]]:
@@ -225,33 +232,11 @@ def _line(number: int, text: str, separator: str) -> Line:
     return Line(number, tuple(_cells(text[mark.end() :] if mark else text, separator)), mark is not None)
 
 
-def _width_without_trailing(lines: Sequence[Line]) -> int | None:
-    """The number of cells of lines that end with an empty one, which a separator at every line's end makes."""
-    plain = [line for line in lines if not line.comment and len(line.cells) > 2]
-    if not plain or sum(not line.cells[-1].strip() for line in plain) < 0.9 * len(plain):
-        return None
-    width = usual_width(len(line.cells) for line in plain)
-    return None if any(line.cells[-1].strip() for line in plain if len(line.cells) == width) else width
-
-
 def _untrailed(line: Line, width: int | None) -> Line:
     """A line without the empty cell at its end, where all lines of that width have one."""
     if width is None or len(line.cells) != width or line.cells[-1].strip():
         return line
     return Line(line.number, line.cells[:-1], line.comment)
-
-
-def _refuse_two_commas(lines: Sequence[str], path: Path) -> None:
-    """Refuse decimal commas that cannot be told from the commas between columns."""
-    body = lines[-SAMPLE:]
-    header = next((line for line in lines if re.search(r"[A-Za-z]{2}", line)), "")
-    width = header.count(",") + 1
-    numbers = sum(UNQUOTED.fullmatch(line.strip()) is not None for line in body)
-    if width < 2 or ";" in header or numbers <= 0.5 * len(body):
-        return
-    if usual_width(line.count(",") + 1 for line in body) > width:
-        hint = "export it with semicolons or tabs between the columns, or with decimal points"
-        raise BadInput("decimal commas cannot be told from the commas between columns", file=path, hint=hint)
 
 
 # ---- Text in columns of fixed width, as Fortran writes it: exponents with D, numbers that touch, names with spaces.
@@ -326,8 +311,14 @@ def plain_reader(text: str, separator: str, trailing: int | None) -> PlainRows |
 
 
 def _plain_rows(text: str, separator: str, trailing: int | None, layout: Layout, start: int) -> DataRows | None:
-    body = _from_line(text, start)
-    if trailing not in (None, layout.width + 1) or not _is_plain(body):
+    place = 0
+    for _ in range(start - 1):
+        place = text.index("\n", place) + 1
+    body = text[place:].encode().rstrip(b"\r\n")
+    # no row may be empty, a comment, or hold a character beyond the plain ones
+    plain = not (body.translate(None, PLAIN) or b"\n\n" in body or b"\n\r\n" in body or b"//" in body)
+    comment = b";" in body and (re.match(rb"[ \t]*;", body) or re.search(rb"\n[ \t]*;", body))
+    if trailing not in (None, layout.width + 1) or not plain or comment:
         return None
     found = _cells_of_arrow(body, separator, layout.width if trailing is None else trailing, start)
     if found is None:
@@ -340,21 +331,6 @@ def _plain_rows(text: str, separator: str, trailing: int | None, layout: Layout,
         return None
     numbers = np.arange(start, start + len(cells[0]) + len(odd))
     return cells, np.delete(numbers, [line.number - start for line in odd]), tuple(faults), ()
-
-
-def _from_line(text: str, number: int) -> bytes:
-    """The text from a line on, without empty lines at its end."""
-    place = 0
-    for _ in range(number - 1):
-        place = text.index("\n", place) + 1
-    return text[place:].encode().rstrip(b"\r\n")
-
-
-def _is_plain(body: bytes) -> bool:
-    """Whether no row is empty, a comment, or holds a character beyond the plain ones."""
-    if body.translate(None, PLAIN) or b"\n\n" in body or b"\n\r\n" in body or b"//" in body:
-        return False
-    return b";" not in body or not (re.match(rb"[ \t]*;", body) or re.search(rb"\n[ \t]*;", body))
 
 
 def _cells_of_arrow(body: bytes, separator: str, width: int, start: int) -> tuple[list[Texts], list[Line]] | None:

@@ -15,10 +15,10 @@ from ...models.errors import BadInput
 from ...models.number_texts import number_of
 from .clock import COUNTED, DATED, FORMS, OF_DAY, OF_WEEK, Form, TimeGuess, guess_form, seconds, spread
 from .draft import Answer, Question, Sure
-from .gps_time import WEEK_S, leap_seconds, start_of_week, utc_of_gps, week_stated
 from .headers import BRACKETS, read_header
 from .mapping import TimeMap, scalar
-from .names import is_date, is_time, is_week, part_of_time, words, writes_day_first
+from .moments import WEEK_S, leap_seconds, start_of_week, utc_of_gps, week_stated
+from .names import is_date, is_time, joined, listed, part_of_time, words, writes_day_first
 from .quantities import word_list
 from .raw import RawColumn, RawTable
 
@@ -109,16 +109,34 @@ class TableTime:
         form = self.form or self.likely
         return 0.0 if self.dated else WEEK_S if form in OF_WEEK else DAY_S if form in OF_DAY else 0.0
 
-    def map(self) -> TimeMap:
-        """The same as a part of a mapping, '?' where the form is open."""
-        return TimeMap(columns=self.columns, form=self.form or "?", step_s=self.step_s)
-
 
 def find_time(table: RawTable, given: TimeMap | None, answers: Dict[str, str]) -> TableTime:
     """The time of a table, as the map or an answer says, or as the file tells it."""
-    key = clock_question(table.label)
-    offset = number_answered(answers[key], key) if key in answers else None
-    return replace(_found(table, given, answers), offset_s=offset)
+    key, offset = clock_question(table.label), None
+    if key in answers:
+        try:
+            offset = number_of(answers[key])
+        except ValueError:
+            hint = "give a number of seconds"
+            raise BadInput(f"{answers[key]!r} is no answer to {key!r}", hint=hint) from None
+    if given is not None and given.form != "?":
+        stated = _with_scale(TableTime(given.columns, given.form, given.form, given.step_s), table)
+        return replace(stated, why="the map says so", offset_s=offset)
+    spans: dict[str, float] = {}  # of columns that are called times
+    for column in (c for c in table.columns if c.known == "" and c.numeric and is_time(c.name) and c.finite.size):
+        guess = guess_form(column, _unit(column))
+        if guess is not None and guess.stated and guess.forms[0] in COUNTED:
+            spans[column.name] = FORMS[guess.forms[0]].seconds * float(np.ptp(column.finite))
+    # they do not last equally long: those of the model and of the ship, for example
+    differ = len(spans) > 1 and max(spans.values()) > (1.0 + AS_LONG) * min(spans.values())
+    rivals = [column for column in table.columns if column.name in spans] if differ else []
+    found = None if rivals else _told(table)
+    if found is None:
+        return replace(_without(table, answers, rivals), offset_s=offset)
+    form = answers.get(f"{table.label}/time")
+    if found.form is None and form in found.forms:
+        found = replace(found, form=form, likely=form, sure="stated", why="as answered", question=None)
+    return replace(_with_scale(found, table), offset_s=offset)
 
 
 def clock_question(label: str) -> str:
@@ -126,32 +144,9 @@ def clock_question(label: str) -> str:
     return f"{label}/clock"
 
 
-def number_answered(text: str, question: str) -> float:
-    """The number that an answer is; BadInput where it is none."""
-    try:
-        return number_of(text)
-    except ValueError:
-        raise BadInput(f"{text!r} is no answer to {question!r}", hint="give a number of seconds") from None
-
-
-def _found(table: RawTable, given: TimeMap | None, answers: Dict[str, str]) -> TableTime:
-    if given is not None and given.form != "?":
-        form = given.form
-        stated = _with_scale(TableTime(given.columns, form, form, given.step_s), table)
-        return replace(stated, why="the map says so")
-    rivals = _rivals(table)
-    found = None if rivals else _told(table)
-    if found is None:
-        return _without(table, answers, rivals)
-    key = answers.get(f"{table.label}/time")
-    if found.form is None and key in found.forms:
-        found = replace(found, form=key, likely=key, sure="stated", why="as answered", question=None)
-    return _with_scale(found, table)
-
-
 def _told(table: RawTable) -> TableTime | None:
     """The time that the table tells; None where no column looks like one."""
-    parts = _parts(table) or _weeks(table)
+    parts = _parts(table)
     if parts is not None:
         return parts
     stated = next((column for column in table.columns if column.known == "time"), None)
@@ -161,10 +156,17 @@ def _told(table: RawTable) -> TableTime | None:
         guess = guess and _of_gps(table, column, guess)
         called = is_time(column.name) or column is stated
         counts = bool(set(words(column.name)) & word_list("counters")) and not _unit(column)
-        if counts or guess is None or not (called or _first(place, column, guess)):
+        if counts or guess is None:
+            continue
+        # not called a time: a date with a time of day, or the first and rising evenly
+        stamp = guess.forms[0] in DATED and (not column.numeric or guess.forms[0].startswith("epoch"))
+        if not (called or stamp or (place == 0 and guess.stated)):
             continue
         texts = guess.stated and not column.numeric
-        utc = bool(ZONE.search(column.name.replace("_", " "))) and _tells_rows_apart(column)
+        first = column.values[:HEAD]
+        # nearly every row has a time of its own: not a date alone, nor the full seconds of a fast log
+        apart = len(set(first.tolist() if isinstance(first, np.ndarray) else first)) > APART * len(first)
+        utc = bool(ZONE.search(column.name.replace("_", " "))) and apart
         dated = guess.forms[0] in DATED
         scored.append((column is stated, called, dated, utc, texts, guess.stated, -place, column, guess))
     if not scored:
@@ -174,40 +176,35 @@ def _told(table: RawTable) -> TableTime | None:
     names_of_all = (read_header(c.name).words for c in table.columns)
     if guess.forms == ("day first", "month first") and writes_day_first(names_of_all):
         guess = TimeGuess(("day first",), "the headers are of a language that writes the day first", True)
-    return _asked(table, names, guess)
-
-
-def _tells_rows_apart(column: RawColumn) -> bool:
-    """Whether nearly every row has a time of its own: not a date alone, nor the full seconds of a fast log."""
-    first = column.values[:HEAD]
-    return len(set(first.tolist() if isinstance(first, np.ndarray) else first)) > APART * len(first)
+    sure: Sure = "stated" if guess.stated else "physics"
+    if len(guess.forms) == 1:
+        return TableTime(names, guess.forms[0], guess.forms[0], None, sure, guess.reason)
+    text = f"What is the form of the time in {', '.join(names)}? {guess.reason}; the file does not say it."
+    made = tuple(Answer(form, FORMS[form].meaning or form, _time_line(names, form)) for form in guess.forms)
+    question = Question(f"{table.label}/time", "time", table.label, names[-1], text, made)
+    return TableTime(names, None, guess.forms[0], None, "guess", guess.reason, "", question, guess.forms)
 
 
 def _parts(table: RawTable) -> TableTime | None:
-    """The time of a table that holds its hours, minutes and seconds (and year, month and day) in columns each."""
+    """The time of a table that holds its hours, minutes and seconds (and year, month and day) in columns each, or a GPS
+    week and its seconds."""
     held = {part: c for c in table.columns if c.numeric and (part := part_of_time(c.name))}
     clock, date = (("hour", "minute", "second"), ("year", "month", "day"))
-    if not all(part in held for part in clock) or np.nanmax(held["minute"].numbers) >= 60.0:
-        return None
-    form: Form = "date parts" if all(part in held for part in date) else "clock parts"
-    wanted = (*(date if form == "date parts" else ()), *clock, *(("fraction",) if "fraction" in held else ()))
-    names = tuple(held[part].name for part in wanted)
-    return TableTime(names, form, form, why=f"columns {', '.join(names)}")
-
-
-def _weeks(table: RawTable) -> TableTime | None:
-    """The time of a table that holds a GPS week and its seconds in columns each."""
-    week = next((c for c in table.columns if c.numeric and is_week(c.name) and _whole(c.numbers)), None)
-    if week is None:
-        return None
-    place = table.columns.index(week)
+    if all(part in held for part in clock) and np.nanmax(held["minute"].numbers) < 60.0:
+        form: Form = "date parts" if all(part in held for part in date) else "clock parts"
+        wanted = (*(date if form == "date parts" else ()), *clock, *(("fraction",) if "fraction" in held else ()))
+        names = tuple(held[part].name for part in wanted)
+        return TableTime(names, form, form, why=f"columns {', '.join(names)}")
+    called = (c for c in table.columns if joined(c.name) in listed("week"))
+    week = next((c for c in called if c.numeric and _whole(c.numbers)), None)
+    place = table.columns.index(week) if week is not None else 0
     of_week = [bool({*words(column.name)} & OF_GPS_WEEK) for column in table.columns]
     near = sorted(range(len(table.columns)), key=lambda i: (not of_week[i], i < place, abs(i - place)))
-    for column in (table.columns[i] for i in near):
+    for column in (table.columns[i] for i in near) if week is not None else ():
         fine = _unit(column) in FORMS["microseconds"].units + FORMS["nanoseconds"].units
         known = column.finite if column.numeric and is_time(column.name) and not fine else np.zeros(0)
         rising = known.size > 1 and np.mean(np.diff(known) >= 0.0) > 0.95
-        if column is not week and rising and known.min() >= 0.0 and known.max() < 1e3 * WEEK_S:
+        if week is not None and column is not week and rising and 0.0 <= known.min() <= known.max() < 1e3 * WEEK_S:
             names = (week.name, column.name)
             return TableTime(names, "gps week", "gps week", why=f"columns {', '.join(names)}")
     return None
@@ -243,13 +240,6 @@ def _of_gps(table: RawTable, column: RawColumn, guess: TimeGuess) -> TimeGuess:
     return TimeGuess((form,), f"GPS seconds of the week: {why}", True)
 
 
-def _first(place: int, column: RawColumn, guess: TimeGuess) -> bool:
-    """Whether a column that is not called a time is one: a date with a time of day, or the first and rising evenly."""
-    if guess.forms[0] in DATED and (not column.numeric or guess.forms[0].startswith("epoch")):
-        return True
-    return place == 0 and guess.stated
-
-
 def _unit(column: RawColumn) -> str:
     unit = column.unit.strip("[]() ").lower() or (column.lettered.unit if column.lettered else "")
     if unit:
@@ -282,30 +272,9 @@ def _with_date(table: RawTable, column: RawColumn, guess: TimeGuess) -> tuple[tu
     return (column.name,), guess
 
 
-def _asked(table: RawTable, names: tuple[str, ...], guess: TimeGuess) -> TableTime:
-    sure: Sure = "stated" if guess.stated else "physics"
-    if len(guess.forms) == 1:
-        return TableTime(names, guess.forms[0], guess.forms[0], None, sure, guess.reason)
-    text = f"What is the form of the time in {', '.join(names)}? {guess.reason}; the file does not say it."
-    made = tuple(Answer(form, FORMS[form].meaning or form, _time_line(names, form)) for form in guess.forms)
-    question = Question(f"{table.label}/time", "time", table.label, names[-1], text, made)
-    return TableTime(names, None, guess.forms[0], None, "guess", guess.reason, "", question, guess.forms)
-
-
 def _time_line(names: tuple[str, ...], form: str) -> str:
     listed = ", ".join(str(scalar(name)) for name in names)
     return f"time: {{columns: [{listed}], form: {form}}}"
-
-
-def _rivals(table: RawTable) -> list[RawColumn]:
-    """Columns that are called times and do not last equally long: those of the model and of the ship, for example."""
-    spans: dict[str, float] = {}
-    for column in (c for c in table.columns if c.known == "" and c.numeric and is_time(c.name) and c.finite.size):
-        guess = guess_form(column, _unit(column))
-        if guess is not None and guess.stated and guess.forms[0] in COUNTED:
-            spans[column.name] = FORMS[guess.forms[0]].seconds * float(np.ptp(column.finite))
-    differ = len(spans) > 1 and max(spans.values()) > (1.0 + AS_LONG) * min(spans.values())
-    return [column for column in table.columns if column.name in spans] if differ else []
 
 
 def _without(table: RawTable, answers: Dict[str, str], rivals: Sequence[RawColumn] = ()) -> TableTime:
@@ -357,24 +326,21 @@ def _with_scale(time: TableTime, table: RawTable) -> TableTime:
         week = week_stated(table.notes, columns[0].numbers * FORMS[form].seconds)
         return replace(time, scale="GPS", week=week)
     called = {word for column in columns for word in (*words(column.unit), *words(column.name))}
-    scale = _scale(table, columns, form) or _scale_beside(time, table)
-    vague = scale == "GPS" and not GPS_TIME & called and {"gps", "time"} <= called and form not in ("gps week", "gps s")
-    return replace(time, scale=scale, vague=vague)
-
-
-def _scale_beside(time: TableTime, table: RawTable) -> Scale:
-    """UTC or GPS, as seconds of the GPS week in another column of a table with dates tell it."""
+    scale = _scale(table, columns, form)
     others = (c for c in table.columns if c.numeric and c.name not in time.columns)
     week = next((c for c in others if GPS_TIME & set(words(c.name))), None)
-    own = time.seconds(table) if week is not None and time.dated else None
-    if own is None or week is None or not np.isfinite(own[0]).any():
-        return ""
-    gps = week.numbers * (1e-3 if np.nanmax(np.append(week.numbers, 0.0)) > WEEK_S else 1.0)
-    ahead = (gps - (own[0] - start_of_week(0))) % WEEK_S
-    middle = float(np.nanmedian(ahead)) if np.isfinite(ahead).any() else np.nan
-    if abs(middle - float(leap_seconds(float(np.nanmin(own[0]))))) < NEAR_S:
-        return "UTC"
-    return "GPS" if min(middle, WEEK_S - middle) < NEAR_S else ""
+    own = time.seconds(table) if not scale and week is not None and time.dated else None
+    if own is not None and week is not None and np.isfinite(own[0]).any():
+        # seconds of the GPS week in another column of a table with dates tell it
+        gps = week.numbers * (1e-3 if np.nanmax(np.append(week.numbers, 0.0)) > WEEK_S else 1.0)
+        ahead = (gps - (own[0] - start_of_week(0))) % WEEK_S
+        middle = float(np.nanmedian(ahead)) if np.isfinite(ahead).any() else np.nan
+        if abs(middle - float(leap_seconds(float(np.nanmin(own[0]))))) < NEAR_S:
+            scale = "UTC"
+        elif min(middle, WEEK_S - middle) < NEAR_S:
+            scale = "GPS"
+    vague = scale == "GPS" and not GPS_TIME & called and {"gps", "time"} <= called and form not in ("gps week", "gps s")
+    return replace(time, scale=scale, vague=vague)
 
 
 def _scale(table: RawTable, columns: Sequence[RawColumn], form: Form | None) -> Scale:

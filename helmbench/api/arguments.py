@@ -95,7 +95,7 @@ def rudder_sign_doubt(record: Record, model: Model) -> str | None:
     response to the rudder is fitted by least squares, and its gain must have the sign of the rudder.
     """
     from ..datasets.instruments import hull_record
-    from ..datasets.rudder_sign import rudder_sign_doubt as doubt
+    from ..datasets.yaw_response import rudder_sign_doubt as doubt
 
     return doubt(hull_record(record, model))
 

@@ -70,8 +70,8 @@ def identify(
     FitFailed : no finite estimate was found.
     """
     from ..datasets.instruments import hull_record
-    from ..datasets.rudder_sign import RudderSignWarning
-    from ..datasets.rudder_sign import rudder_sign_doubt as sign_doubt
+    from ..datasets.yaw_response import RudderSignWarning
+    from ..datasets.yaw_response import rudder_sign_doubt as sign_doubt
     from ..estimation.estimates.estimate import published
     from ..methods.registry import make
 

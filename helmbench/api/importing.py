@@ -209,8 +209,7 @@ def _segments(records: Sequence[Record]) -> tuple[Record, ...]:
 
 def list_quantities() -> dict[str, list[str]]:
     """What a column of a log can be -> the units that its numbers can have, the usual one first."""
-    from ..datasets.importing.quantities import quantities
-    from ..datasets.importing.units import UNITS, candidates
+    from ..datasets.importing.quantities import UNITS, candidates, quantities
 
     usual = {one.dimension: [unit.name for unit in candidates(one.dimension)] for one in quantities().values()}
     return {

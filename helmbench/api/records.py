@@ -111,7 +111,7 @@ def validate(
     BadInput : a file or model cannot be used, a model has no coefficients, a record is given twice, no record suits the
         model, or the numbers of a record cannot be what they say.
     """
-    from ..datasets.rudder_sign import RudderSignWarning
+    from ..datasets.yaw_response import RudderSignWarning
     from ..estimation.validation import validate as engine
 
     models = _named_models(model, compare)

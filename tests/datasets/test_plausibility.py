@@ -9,7 +9,7 @@ import pytest
 from helmbench.datasets.copies import check_no_copies
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.plausibility import check_plausible, doubts
-from helmbench.datasets.rudder_sign import rudder_sign_doubt
+from helmbench.datasets.yaw_response import rudder_sign_doubt
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 

@@ -6,11 +6,10 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from helmbench.datasets import same_run as module
-from helmbench.datasets.copies import check_no_copies
+from helmbench.datasets import copies as module
+from helmbench.datasets.copies import check_no_copies, same_run
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.measured import data_dir, load, stems
-from helmbench.datasets.same_run import same_run
 from helmbench.models.errors import BadInput
 
 TURNED = ("yaw_rate_rad_s", "heading_rad", "sway_m_s", "rudder_rad")

@@ -5,8 +5,7 @@ import pytest
 
 from helmbench.datasets.measured import load, missing_files, stems
 from helmbench.datasets.record import Record
-from helmbench.datasets.rudder_sign import SIGN_SHARE, steering_side
-from helmbench.datasets.yaw_response import yaw_response
+from helmbench.datasets.yaw_response import SIGN_SHARE, steering_side, yaw_response
 
 SURE = SIGN_SHARE
 TIME = np.arange(0.0, 400.0, 0.5)

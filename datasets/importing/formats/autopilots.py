@@ -17,7 +17,10 @@ import numpy as np
 from ....models.extras import extras_told
 from ....models.temporary import temporary_folder
 from ..cells import PLAIN
-from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
+from ..headers import scaled_unit
+from ..instruments import last_part
+from ..moments import days_since_1970
+from ..raw import RawColumn, RawTable, Rejected, faults_once, usable, with_faults
 from .fields import StatedField, stated_fields, table_of_fields
 from .object_tables import number_of
 from .ros import yaw_and_roll
@@ -80,31 +83,19 @@ def read_dataflash(text: str, path: Path) -> list[RawTable] | None:
             names[match["kind"]] = [name.strip() for name in match["names"].split(",")]
             continue
         kind, *cells = [cell.strip() for cell in line.split(",")]
-        if kind == "PARM" and (value := _parameter(cells)):
-            parameters |= value
+        name = next((i for i, cell in enumerate(cells) if kind == "PARM" and re.match(r"[A-Z]", cell)), len(cells))
+        if name + 1 < len(cells) and PLAIN.fullmatch(cells[name + 1]):
+            parameters[cells[name]] = float(cells[name + 1])
         if kind not in fields or kind not in names:
             continue
         count += 1
-        row = _row(names[kind], cells)
-        if row is None:
+        fits = len(cells) == len(names[kind])
+        row = {name: number_of(cell) for name, cell in zip(names[kind], cells, strict=True)} if fits else {}
+        if not np.isfinite(seconds(row)):
             faults.append((number, f"not the fields of {kind}", line))
         else:
             rows[instance(kind, row)].append(row)
     return with_faults(ardupilot_tables(rows, parameters, path), faults, count)
-
-
-def _parameter(cells: list[str]) -> dict[str, float]:
-    """Name and value of a parameter, wherever they stand in its line; nothing where they do not."""
-    name = next((i for i, cell in enumerate(cells) if re.match(r"[A-Z]", cell)), len(cells))
-    return {cells[name]: float(cells[name + 1])} if name + 1 < len(cells) and PLAIN.fullmatch(cells[name + 1]) else {}
-
-
-def _row(names: list[str], cells: list[str]) -> dict[str, float] | None:
-    """Field -> number of a message; None where it has other fields or no time."""
-    if len(cells) != len(names):
-        return None
-    row = {name: number_of(cell) for name, cell in zip(names, cells, strict=True)}
-    return row if np.isfinite(seconds(row)) else None
 
 
 def ardupilot_tables(
@@ -118,18 +109,17 @@ def ardupilot_tables(
     ------
     BadInput : no field of the messages is known.
     """
-    tables = (_ardupilot_table(path, kind, own) for kind, own in found.items() if len(own) > 2)
+    tables = []
+    for kind, own in found.items():
+        if len(own) > 2:
+            names = dict.fromkeys(name for row in own for name in row)  # a log may state a message anew
+            values = {name: np.array([row.get(name, np.nan) for row in own]) for name in names}
+            times = np.array([seconds(row) for row in own])
+            tables.append(_table(path, kind, times, values, ARDUPILOT, kind.split(" ")[0]))
     steer = {f"output {match['output']}": STEERING[value] for name, value in parameters.items()
              if (match := FUNCTION.fullmatch(name)) and value in STEERING}  # fmt: skip
     made = usable(tables, path, "no message of the log can be used", f"read are {', '.join(stated_fields(ARDUPILOT))}")
     return [table.told(lambda c: replace(c, called=steer.get(c.name, c.called))) for table in made]
-
-
-def _ardupilot_table(path: Path, kind: str, own: Sequence[Mapping[str, float]]) -> RawTable | None:
-    names = dict.fromkeys(name for row in own for name in row)  # a log may state a message anew
-    values = {name: np.array([row.get(name, np.nan) for row in own]) for name in names}
-    times = np.array([seconds(row) for row in own])
-    return _table(path, kind, times, values, ARDUPILOT, kind.split(" ")[0])
 
 
 def instance(kind: str, row: Mapping[str, float]) -> str:
@@ -184,17 +174,15 @@ def read_px4(data: bytes, path: Path) -> list[RawTable]:
     with extras_told():
         from pyulog import ULog
 
-    topics = ULog(_Counted(data), [*stated_fields(PX4)]).data_list
-    return usable((_topic(path, topic) for topic in topics), path, "no message of the log can be used")
-
-
-def _topic(path: Path, topic: Any) -> RawTable | None:
-    values = {name: np.asarray(numbers, dtype=float) for name, numbers in topic.data.items()}
-    name = topic.name + (f" {topic.multi_id}" if topic.multi_id else "")
-    times = values["timestamp"] * 1e-6
-    if topic.name == ATTITUDE and all(f"q[{i}]" in values for i in range(4)):
-        values = dict(zip(("yaw", "roll"), yaw_and_roll(*(values[f"q[{i}]"] for i in range(4))), strict=True))
-    return _table(path, name, times, values, PX4, topic.name)
+    tables = []
+    for topic in ULog(_Counted(data), [*stated_fields(PX4)]).data_list:
+        values = {name: np.asarray(numbers, dtype=float) for name, numbers in topic.data.items()}
+        name = topic.name + (f" {topic.multi_id}" if topic.multi_id else "")
+        times = values["timestamp"] * 1e-6
+        if topic.name == ATTITUDE and all(f"q[{i}]" in values for i in range(4)):
+            values = dict(zip(("yaw", "roll"), yaw_and_roll(*(values[f"q[{i}]"] for i in range(4))), strict=True))
+        tables.append(_table(path, name, times, values, PX4, topic.name))
+    return usable(tables, path, "no message of the log can be used")
 
 
 def with_px4(table: RawTable) -> RawTable:
@@ -224,3 +212,71 @@ def _table(
     return table_of_fields(
         path, stated_fields(program).get(message, {}), values, time, f"{times.size} messages {kind}", kind
     )
+
+
+# ---- Columns that are fields of known messages: of MAVLink as MESSAGE.field, of u-blox receivers by their names.
+
+MAVLINK = "MAVLink"
+DATE = ("year", "month", "day", "hour", "min", "sec")
+CLOCKS = ("time_boot_ms", "time_usec", "time_unix_usec")
+COLUMN = re.compile(r"(?:mavlink_)?(?P<message>[A-Z][A-Z0-9_]+?)(?:_t)?(?:\[\d+\])?\.(?P<field>\w+)")
+WHOLE = {"1e-7 deg": 1.8e9, "1e-5 deg": 3.6e7, "cdeg": 36000.0, "cm/s": 1e4, "mm/s": 1e5}
+"""Unit of whole numbers -> their largest size: a program that writes other numbers has changed the units."""
+
+
+def with_messages(table: RawTable) -> list[RawTable]:
+    """The tables of a table: with the units that MAVLink or u-blox states, one for every message of MAVLink."""
+    matches = [COLUMN.fullmatch(column.name) for column in table.columns]
+    if any(match is not None for match in matches):
+        return _by_message(table, matches)
+    if table.sheet in stated_fields(MAVLINK):
+        by, fields = f"MAVLink states it: {table.sheet}", stated_fields(MAVLINK)[table.sheet]
+        return [table.told(lambda c: _stated(c, fields, last_part(c.name), by))]
+    names = {column.name for column in table.columns}
+    fields = stated_fields("u-blox")["NAV-PVT"]
+    if "iTOW" not in names or len(names & set(fields)) <= 3:
+        return [table]
+    told = table.told(lambda c: _stated(c, fields, c.name, "u-blox states it: NAV-PVT"), "units of u-blox NAV-PVT")
+    found = [table.column(name) for name in (*DATE, "nano")]
+    parts = [column.numbers for column in found if column is not None and column.numeric]
+    if len(parts) < len(found) or not all(np.isfinite(part).all() and np.abs(part).max() < 2e9 for part in parts):
+        return [told]
+    year, month, day, hour, minute, second, nano = parts
+    moments = 86400.0 * days_since_1970(year, month, day) + 3600.0 * hour + 60.0 * minute + second + 1e-9 * nano
+    made = RawColumn("UTC", "s", moments, "time", "u-blox states it: NAV-PVT")
+    return [replace(told, columns=(made, *(c for c in told.columns if c.name not in DATE)))]
+
+
+def _by_message(table: RawTable, matches: list[re.Match[str] | None]) -> list[RawTable]:
+    """A table for every message, of the rows that hold it, with the columns that are of no message."""
+    pairs = list(zip(table.columns, matches, strict=True))
+    shared = [column for column, match in pairs if match is None]
+    kinds = dict.fromkeys(match["message"] for _, match in pairs if match is not None)
+    out = []
+    for kind in kinds:
+        own = [(column, match["field"]) for column, match in pairs if match is not None and match["message"] == kind]
+        rows = np.flatnonzero(np.any([np.isfinite(column.numbers) for column, _ in own], axis=0))
+        if rows.size < 3:
+            continue
+        program = ARDUPILOT if kind in stated_fields(ARDUPILOT) else MAVLINK
+        by, fields = f"{program} states it: {kind}", stated_fields(program).get(kind, {})
+        told = [_stated(c, fields, field, by) for c, field in own if field not in CLOCKS or not shared]
+        done = (*table.done, f"{rows.size} messages {kind}")
+        out.append(table.at(rows, (*shared, *told), sheet=kind, done=done))
+    return faults_once(out) or [table]
+
+
+def _stated(column: RawColumn, fields: Mapping[str, StatedField], field: str, by: str) -> RawColumn:
+    """A column with the quantity and unit of its field, unless its header states another unit or its numbers do."""
+    _, quantity, unit = fields.get(field, ("", "", ""))
+    column = replace(column, called=field) if field != column.name else column
+    known = column.finite
+    if not unit or not known.size or (column.unit and scaled_unit(column.unit) != scaled_unit(unit)):
+        return column
+    whole = np.array_equal(known, np.round(known)) and np.abs(known).max() <= WHOLE.get(unit, np.inf)
+    if unit in WHOLE and not whole:
+        return column
+    base, factor = scaled_unit(unit)
+    if base is None or factor == 1.0:
+        return replace(column, unit=unit, known=quantity, source=by)
+    return replace(column, unit=base.name, values=factor * column.numbers, known=quantity, source=by)

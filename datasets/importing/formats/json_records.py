@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -10,13 +11,15 @@ from operator import lt
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ....models.errors import BadInput
 from ..instruments import NAMES, UNITS
 from ..moments import time_in
 from ..names import is_time, joined
 from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
+from .fields import stated_fields
 from .object_tables import DEEPEST, FEWEST, MOST_ITEMS, MOST_KEYS, Row, content_of, number_of, tables_of_rows
-from .signalk import is_delta, tables_of_deltas
 
 LONGEST_STAMP = 80
 """Characters before the object of a line."""
@@ -29,15 +32,6 @@ MOST_DOCUMENT = 200_000_000
 """Characters of a document that is read."""
 
 
-def _is_json(text: str) -> bool:
-    """Whether most of the first lines hold a JSON object, or the text is a JSON document."""
-    head = text[:20000].lstrip("\ufeff \t\r\n")
-    lines = [line for line in head.splitlines()[:60] if line.strip()]
-    whole = lines[:-1] if len(text) > len(head) + 10 and len(lines) > 1 else lines
-    objects = sum(_split(line) is not None for line in whole)
-    return (bool(whole) and objects > 0.5 * len(whole)) or re.match(r"[\[{]\s*[\[{\"]", head) is not None
-
-
 def read_json(text: str, path: Path) -> list[RawTable] | None:
     """The tables of a log of JSON objects: one for every path of Signal K, topic or kind of object; None where
     the text is no such log.
@@ -46,23 +40,25 @@ def read_json(text: str, path: Path) -> list[RawTable] | None:
     ------
     BadInput : it holds no objects with numbers, or is too large a document.
     """
-    if not _is_json(text):
+    # most of the first lines hold a JSON object, or the text is a JSON document
+    head = text[:20000].lstrip("\ufeff \t\r\n")
+    lines = [line for line in head.splitlines()[:60] if line.strip()]
+    whole = lines[:-1] if len(text) > len(head) + 10 and len(lines) > 1 else lines
+    objects = sum(_split(line) is not None for line in whole)
+    if not ((bool(whole) and objects > 0.5 * len(whole)) or re.match(r"[\[{]\s*[\[{\"]", head) is not None):
         return None
     faults: list[Rejected] = []
     found = list(_objects(text, path, faults))
     deltas = [(line, obj) for line, obj in found if is_delta(obj)]
     tables = tables_of_deltas(deltas, path) if len(deltas) > 0.5 * len(found) else tables_of_rows(_senml(found), path)
-    tables = [table.told(partial(_with_unit, units=_units_of(text))) for table in tables]
+    # an object `"units": {"heading": "deg"}` at the begin or end of the text
+    stated = (content_of(match[1]) for part in (text[:HEAD], text[-HEAD:]) for match in UNITS_OBJECT.finditer(part))
+    units = {k: v for own in stated if isinstance(own, dict) for k, v in own.items() if isinstance(v, str)}
+    tables = [table.told(partial(_with_unit, units=units)) for table in tables]
     hint = "a log is an object a line with a time, names and numbers"
     tables = usable(tables, path, "no JSON objects with a time and numbers found", hint)
     tables[0] = replace(tables[0], done=("JSON", *tables[0].done))
     return with_faults(tables, faults, len(found) + len(faults))
-
-
-def _units_of(text: str) -> dict[str, str]:
-    """Name -> unit, of an object `"units": {"heading": "deg"}` at the begin or end of a text."""
-    found = (content_of(match[1]) for part in (text[:HEAD], text[-HEAD:]) for match in UNITS_OBJECT.finditer(part))
-    return {k: v for own in found if isinstance(own, dict) for k, v in own.items() if isinstance(v, str)}
 
 
 def _with_unit(column: RawColumn, units: Mapping[str, str]) -> RawColumn:
@@ -183,3 +179,75 @@ def _senml(found: Sequence[Row]) -> Sequence[Row]:
         out.append((line, {"time": time, TOPIC: f"{base[0]}{row.get('n', '')}", "value": row.get("v"),
                            "unit": str(row.get("u", ""))}))  # fmt: skip
     return out
+
+
+# ---- Signal K: the units and signs that its paths state, in deltas and in tables whose columns are named by paths.
+
+BY, RUDDER = "Signal K states it", "starboard"
+"""Who states it, and the side of a positive rudder angle."""
+MOST = {"rad": 6.3, "rad/s": 1.6, "m/s": 60.0, "deg": 180.0}
+"""Largest size of a number of a unit; beyond it whoever wrote the table has changed the units."""
+
+
+def is_delta(message: dict[str, Any]) -> bool:
+    """Whether a JSON object is a Signal K delta."""
+    updates = message.get("updates")
+    return isinstance(updates, list) and all(isinstance(u, dict) and isinstance(u.get("values"), list) for u in updates)
+
+
+def values_of(message: dict[str, Any], stamp: str) -> Iterator[tuple[str, str, str, float]]:
+    """(time, source, path, number) of the values of a delta; the time of one that states none is `stamp`."""
+    for update in message["updates"]:
+        time = str(update.get("timestamp") or stamp)
+        stated = update.get("source") if isinstance(update.get("source"), dict) else {}
+        label = ".".join(str(stated[key]) for key in ("label", "src", "talker") if key in stated)
+        source = str(update.get("$source") or label)
+        for entry in update["values"]:
+            if isinstance(entry, dict):
+                yield from ((time, source, *one) for one in _numbers(str(entry.get("path", "")), entry.get("value")))
+
+
+def _numbers(path: str, value: Any) -> Iterator[tuple[str, float]]:
+    """(path, number) of a value, or of the parts of one such as a position."""
+    if isinstance(value, dict):
+        for key, part in value.items():
+            yield from _numbers(f"{path}.{key}".strip("."), part) if not isinstance(part, dict) else ()
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield path, float(value) if abs(value) < 1e300 else float("nan")
+
+
+def with_signal_k(table: RawTable) -> RawTable:
+    """A table whose columns that are named by paths have the units and signs of Signal K, unless they have others."""
+    told = table.told(_told, "names and units of Signal K")
+    return told if told.columns != table.columns else table
+
+
+def _told(column: RawColumn) -> RawColumn:
+    paths = stated_fields("Signal K")["delta"]
+    path = next((p for p in paths if re.search(rf"(?<![a-z]){re.escape(p)}(?:[._]value)?$", column.name)), None)
+    if path is None or column.known or column.unit or not column.numeric:
+        return column
+    _, quantity, unit = paths[path]
+    if np.nanmax(np.abs(column.numbers)) > MOST[unit]:
+        return column
+    side = RUDDER if quantity.startswith("rudder") else ""
+    return replace(column, unit=unit, known=quantity, source=f"{BY}: {path}", side=side)
+
+
+def tables_of_deltas(deltas: Sequence[Row], path: Path) -> list[RawTable]:
+    """A table for every path of every source."""
+    series: dict[tuple[str, str], list[tuple[int, str, float]]] = defaultdict(list)
+    for line, message in deltas:
+        for time, source, name, number in values_of(message, str(message.get("timestamp", ""))):
+            series[source, name].append((line, time, number))
+    several = len({source for source, _ in series}) > 1
+    tables = []
+    for (source, name), own in series.items():
+        if len(own) < FEWEST or not name:
+            continue
+        lines, times, numbers = zip(*own, strict=True)
+        time = RawColumn("time", "", times, "", f"{BY}: UTC")
+        column = RawColumn(name, "", np.array(numbers), source=f"source {source}" if source else "")
+        sheet = f"{source} {name}".strip() if several else name
+        tables.append(RawTable.of(path, (time, column), f"{len(own)} values", sheet, lines))
+    return tables

@@ -45,7 +45,9 @@ def read_n2k(text: str, path: Path) -> list[RawTable] | None:
     messages, faults = (_from_json if json_lines else _decoded)(text, path)
     groups: dict[tuple[int, int, str], list[tuple[int, float, dict[str, Any]]]] = defaultdict(list)
     for line, pgn, source, time, fields in messages:
-        groups[pgn, source, _instance(fields)].append((line, time, fields))
+        # the number of the rudder or engine that a message is of, where it states one
+        found = [value for name, value in fields.items() if name.endswith("instance") and value is not None]
+        groups[pgn, source, (str(found[0]) if found else "")].append((line, time, fields))
     degrees = json_lines and not _in_radians(text[:400].replace(" ", ""), messages)
     dated = not any(YDVR.match(line) for line in text.splitlines()[:20])
     made = (_table(path, key, own, degrees, dated) for key, own in groups.items())
@@ -65,7 +67,9 @@ def _decoded(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, di
         if not line.strip():
             continue
         try:
-            message = decoder.decode(_compact(line.strip()))
+            frame = SPACED.match(line.strip())
+            compact = f"{frame[1]} {frame[2]} {frame[3]}#{''.join(frame[4].split())}" if frame else line.strip()
+            message = decoder.decode(compact)
         except Exception:  # whatever the package raises on a damaged line
             faults.append((number, "no message of NMEA 2000", line))
             continue
@@ -74,12 +78,6 @@ def _decoded(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, di
             stamp = message.timestamp.replace(tzinfo=datetime.UTC).timestamp()
             out.append((number, message.PGN, message.source, stamp, fields))
     return out, faults
-
-
-def _compact(line: str) -> str:
-    """A frame that candump prints on a terminal as it writes it to a file; other lines as they are."""
-    frame = SPACED.match(line)
-    return f"{frame[1]} {frame[2]} {frame[3]}#{''.join(frame[4].split())}" if frame else line
 
 
 def _from_json(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, dict[str, Any]]], list[Rejected]]:
@@ -117,12 +115,6 @@ def _bare(value: Any) -> Any:
     return value.get("name", value.get("value")) if isinstance(value, dict) else value
 
 
-def _instance(fields: dict[str, Any]) -> str:
-    """The number of the rudder or engine that a message is of; '' where it states none."""
-    found = [value for name, value in fields.items() if name.endswith("instance") and value is not None]
-    return str(found[0]) if found else ""
-
-
 def _table(path: Path, key: tuple[int, int, str], own: list, degrees: bool, dated: bool) -> RawTable | None:
     pgn, source, instance = key
     stated = stated_fields("NMEA 2000").get(str(pgn), {}) if len(own) > 2 else {}
@@ -139,15 +131,10 @@ def _table(path: Path, key: tuple[int, int, str], own: list, degrees: bool, date
 def _value(name: str, fields: dict[str, Any]) -> float:
     """The number of a field; of a direction, whose name says from which north, nan where it counts from another one."""
     field, _, north = name.partition(" from ")
-    return _number(fields.get(field)) if not north or north == _north(fields) else np.nan
-
-
-def _north(fields: dict[str, Any]) -> str:
-    """From which north the direction of a message counts."""
     text = str(fields.get("reference", fields.get("cogreference"))).lower()
-    if text.startswith("true") or text == "0":
-        return "true north"
-    return "magnetic north" if text[:3] == "mag" or text == "1" else "any north"
+    own = "magnetic north" if text[:3] == "mag" or text == "1" else "any north"
+    own = "true north" if text.startswith("true") or text == "0" else own
+    return _number(fields.get(field)) if not north or north == own else np.nan
 
 
 def _number(value: Any) -> float:

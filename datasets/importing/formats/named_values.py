@@ -80,10 +80,8 @@ def _number_and_unit(text: str) -> tuple[str, str] | None:
 def _sized_value(text: str) -> float | str | dict[str, float | str]:
     """The value of a text, with the unit that stands behind it."""
     sized = _number_and_unit(text)
-    return {"value": float(sized[0]), "unit": sized[1]} if sized and sized[1] else _value(text)
-
-
-def _value(text: str) -> float | str:
+    if sized and sized[1]:
+        return {"value": float(sized[0]), "unit": sized[1]}
     return float(text) if NUMBER.fullmatch(text) else text.strip('"')
 
 

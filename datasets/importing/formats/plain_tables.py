@@ -41,7 +41,19 @@ def as_plain_table(text: str) -> tuple[str, str]:
     if re.match(r"!?\s*boat\s*,\s*utc\s*,", head, re.IGNORECASE):
         return _of_expedition(text), "a log of Expedition"
     if any(map(VARIABLES.match, head.splitlines())) and re.search(r"^\s*ZONE\b", head, re.IGNORECASE | re.MULTILINE):
-        return _of_tecplot(text), "a header of Tecplot"
+        # the text with the names of all variables, cut by tabs, in the place of the begin of each zone
+        lines, names = text.splitlines(), list[str]()
+        for i, line in enumerate(lines):
+            stated = VARIABLES.match(line)
+            more = QUOTED.findall(stated["names"] if stated else line)
+            if stated or (names and more and not ZONE.match(line) and not TITLE.match(line)):
+                names += more or stated["names"].replace(",", " ").split() if stated else more
+                lines[i] = f"# {line}"
+            elif line.lstrip()[:4].upper() == "ZONE":
+                lines[i] = "\t".join(names)
+            elif TITLE.match(line) or ZONE.match(line):
+                lines[i] = f"# {line}"
+        return "\n".join(lines), "a header of Tecplot"
     turned = _of_side(text, max(SEPARATORS, key=head.partition("\n")[0].count))
     return turned, "a row for every channel and a column for every time: turned round" if turned is not text else ""
 
@@ -53,22 +65,6 @@ def _of_toa5(text: str) -> str:
         return text
     _, names, units, _, rest = lines
     return "\n".join(["", names, units, "", rest])
-
-
-def _of_tecplot(text: str) -> str:
-    """The text with the names of all variables, cut by tabs, in the place of the begin of each zone."""
-    lines, names = text.splitlines(), list[str]()
-    for i, line in enumerate(lines):
-        stated = VARIABLES.match(line)
-        more = QUOTED.findall(stated["names"] if stated else line)
-        if stated or (names and more and not ZONE.match(line) and not TITLE.match(line)):
-            names += more or stated["names"].replace(",", " ").split() if stated else more
-            lines[i] = f"# {line}"
-        elif line.lstrip()[:4].upper() == "ZONE":
-            lines[i] = "\t".join(names)
-        elif TITLE.match(line) or ZONE.match(line):
-            lines[i] = f"# {line}"
-    return "\n".join(lines)
 
 
 # ---- LabVIEW measurement files (.lvm): a header of names and values, one or more segments of rows below such headers.
@@ -97,7 +93,8 @@ def _of_labview(text: str) -> str:
             own = [cells[k] if k < len(cells) else "" for k in kept]
             absolute = head.get("Time_Pref", [""])[:1] == ["Absolute"]
             out[i] = separator.join(
-                _since_1970(c) if absolute and k in timed else c for k, c in zip(kept, own, strict=True)
+                (f"{_decimal(c) + SINCE_1904:.9f}" if c else "") if absolute and k in timed else c
+                for k, c in zip(kept, own, strict=True)
             )
         elif any(cells):
             place, kept = "rows", [k for k, name in enumerate(cells) if name and name.lower() != "comment"]
@@ -116,10 +113,6 @@ def _names(names: Sequence[str], timed: Sequence[bool], head: Mapping[str, Seque
     for name, is_time in zip(names, timed, strict=True):
         unit = "s" if is_time else next(units, "")
         yield f"{'time' if is_time and called else name}{f' [{unit}]' if unit and '[' not in name else ''}"
-
-
-def _since_1970(text: str) -> str:
-    return f"{_decimal(text) + SINCE_1904:.9f}" if text else ""
 
 
 def _decimal(text: str) -> float:

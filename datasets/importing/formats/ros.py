@@ -32,21 +32,49 @@ MOST_FIELDS, MOST_MESSAGES, LONGEST_ARRAY = 120, 2_000_000, 32
 
 def with_ros(table: RawTable) -> RawTable:
     """A table with its ROS fields told: units by their messages, signs by the frame, yaw of a quaternion, one stamp."""
-    table = _with_joints(table)
+    joints = {  # of a JointState, rad, `position[0]` beside `name[0]`
+        match["number"]: re.sub(r"[_ ]?joint$", "", column.first(1)[0])
+        for column in table.columns
+        if (match := JOINT.fullmatch(column.name)) and match["field"] == "name" and column.first(1)
+    }
+    by = "its ROS message states rad"
+    table = table.told(
+        lambda c: (
+            replace(c, called=joints[match["number"]], unit=c.unit or "rad", source=by)
+            if (match := JOINT.fullmatch(c.name)) and match["field"] == "position" and match["number"] in joints
+            else c
+        )
+    )
     paths = [re.sub(r"^(field|data)\.", "", column.name.strip("/").replace("/", ".")) for column in table.columns]
     turned = _quaternion(table.columns, paths)
     stamped = _stamp(table.columns, paths)
-    fields = [_field(path) for path in paths]
+    known = stated_fields("ROS")["field"].items()
+    fields = [next((f for form, f in known if re.search(form, path, re.IGNORECASE)), None) for path in paths]
     if (
         turned is None
         and stamped is None
         and not any("." in path and field for path, field in zip(paths, fields, strict=True))
     ):
         return table
-    fixed, frame = _frames(table.columns, paths)
+    # the frames of the pose and of the rates: of an odometry those of the header and of the child (nav_msgs), else one
+    named = {
+        wanted: column.first(1)[0]
+        for wanted in ("child_frame_id", "frame_id")
+        for column, path in zip(table.columns, paths, strict=True)
+        if re.search(rf"(?<!child_){wanted}$", path.lower()) and column.texts is not None and column.first(1)
+    }
+    fixed = named.get("frame_id", named.get("child_frame_id", ""))
+    frame = named.get("child_frame_id", fixed)
     told = zip(table.columns, fields, strict=True)
     columns = [_told(c, f, fixed if f and f.name.startswith("position") else frame, paths) for c, f in told]
-    columns = _with_fix(columns, paths)
+    status = next((c for c, p in zip(columns, paths, strict=True) if p.lower().endswith("status.status")), None)
+    if status is not None and status.numeric:  # positions of NavSatFix messages without a fix are gaps
+        lost = status.numbers < 0.0
+        columns = [
+            replace(c, values=np.where(lost, np.nan, c.numbers)) if c.called in ("latitude", "longitude") else c
+            for c in columns
+        ]
+    yaw = {"down": "clockwise from north (NED)", "up": "counterclockwise from east (ENU)"}.get(_axis(fixed))
     for made in (stamped, turned):
         if made is not None:
             parts, extra = made
@@ -54,58 +82,12 @@ def with_ros(table: RawTable) -> RawTable:
                 replace(c, known="not used", source=f"part of {extra[0].name}") if i in parts else c
                 for i, c in enumerate(columns)
             ]
-            columns += _signed(extra, fixed)
+            columns += [replace(c, said=(*c.said, yaw)) if c.called == "yaw" and yaw else c for c in extra]
     said = "; ".join(
         f"frame {one}: z points {_axis(one)}" if _axis(one) else f"frame {one or 'unknown'}: its axes are not stated"
         for one in dict.fromkeys((fixed, frame))
     )
     return replace(table, columns=tuple(columns), done=(*table.done, f"ROS messages; {said}"))
-
-
-def _with_joints(table: RawTable) -> RawTable:
-    """A table with the positions of a JointState, rad, called as its joints are: `position[0]` beside `name[0]`."""
-    names = {
-        match["number"]: re.sub(r"[_ ]?joint$", "", column.first(1)[0])
-        for column in table.columns
-        if (match := JOINT.fullmatch(column.name)) and match["field"] == "name" and column.first(1)
-    }
-    columns = tuple(
-        replace(column, called=names[match["number"]], unit=column.unit or "rad", source="its ROS message states rad")
-        if (match := JOINT.fullmatch(column.name)) and match["field"] == "position" and match["number"] in names
-        else column
-        for column in table.columns
-    )
-    return replace(table, columns=columns) if names else table
-
-
-def _field(path: str) -> StatedField | None:
-    fields = stated_fields("ROS")["field"].items()
-    return next((field for pattern, field in fields if re.search(pattern, path, re.IGNORECASE)), None)
-
-
-def _frames(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[str, str]:
-    """The frames of the pose and of the rates: of an odometry those of the header and of the child, as nav_msgs defines
-    it; else both that of the message."""
-    named = {
-        wanted: column.first(1)[0]
-        for wanted in ("child_frame_id", "frame_id")
-        for column, path in zip(columns, paths, strict=True)
-        if re.search(rf"(?<!child_){wanted}$", path.lower()) and column.texts is not None and column.first(1)
-    }
-    fixed = named.get("frame_id", named.get("child_frame_id", ""))
-    return fixed, named.get("child_frame_id", fixed)
-
-
-def _with_fix(columns: Sequence[RawColumn], paths: Sequence[str]) -> list[RawColumn]:
-    """Columns with the positions of NavSatFix messages without a fix (status below 0) as gaps."""
-    status = next((c for c, p in zip(columns, paths, strict=True) if p.lower().endswith("status.status")), None)
-    if status is None or not status.numeric:
-        return list(columns)
-    lost = status.numbers < 0.0
-    return [
-        replace(c, values=np.where(lost, np.nan, c.numbers)) if c.called in ("latitude", "longitude") else c
-        for c in columns
-    ]
 
 
 def _axis(frame: str) -> str:
@@ -127,12 +109,6 @@ def _told(column: RawColumn, field: StatedField | None, frame: str, paths: Seque
         name = ("north" if ned else "east") if name.endswith("x") else ("east" if ned else "north")
     by = f"its ROS message states {unit}"
     return replace(column, unit=unit, called=name, said=(*column.said, *said), source=by)
-
-
-def _signed(columns: Sequence[RawColumn], frame: str) -> list[RawColumn]:
-    """Angles of a quaternion with what the frame says of the yaw."""
-    told = {"down": "clockwise from north (NED)", "up": "counterclockwise from east (ENU)"}.get(_axis(frame))
-    return [replace(c, said=(*c.said, told)) if c.called == "yaw" and told else c for c in columns]
 
 
 def _quaternion(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[set[int], list[RawColumn]] | None:
@@ -192,9 +168,6 @@ def _stamp(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[set[int]
                 made = RawColumn(f"{match['prefix']} in seconds", "s", seconds, "time", "ROS stamp")
                 return {i, j}, [made]
     return None
-
-
-# ------------------------------------------------------------------------------------------------ bags
 
 
 def read_bag(path: Path) -> list[RawTable]:

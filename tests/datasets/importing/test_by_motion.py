@@ -10,7 +10,7 @@ import helmbench
 from helmbench.cli import status_of
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.importing.by_motion import assignments, motion_of
-from helmbench.datasets.importing.units import UNITS
+from helmbench.datasets.importing.quantities import UNITS
 from helmbench.datasets.io import read_record
 from helmbench.datasets.measured import data_dir
 

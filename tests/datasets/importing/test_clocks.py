@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 import helmbench
-from helmbench.datasets.importing.clocks import align, on_dates
+from helmbench.datasets.importing.clocks import align, offset_by_motion, on_dates
 from helmbench.datasets.importing.convert import Stream
-from helmbench.datasets.importing.gps_time import leap_seconds, start_of_week, utc_of_gps, week_stated
-from helmbench.datasets.importing.name_places import other_separator, place_names
-from helmbench.datasets.importing.offsets import offset_by_motion
+from helmbench.datasets.importing.layout import other_separator, place_names
+from helmbench.datasets.importing.moments import leap_seconds, start_of_week, utc_of_gps, week_stated
 
 from .bank.truth import START, sail
 

@@ -5,9 +5,8 @@ import zipfile
 
 import pytest
 
-from helmbench.datasets.importing import compressed
-from helmbench.datasets.importing.compressed import MOST_MEMBERS
-from helmbench.datasets.importing.sources import read_raw
+from helmbench.datasets.importing import sources
+from helmbench.datasets.importing.sources import MOST_MEMBERS, read_raw
 from helmbench.models.errors import BadInput
 
 
@@ -51,7 +50,7 @@ def test_a_compressed_file_that_holds_no_log_ends_in_one_line(tmp_path, name, wr
 
 
 def test_a_compressed_file_beyond_the_limit_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(compressed, "MOST_BYTES", 1000)
+    monkeypatch.setattr(sources, "MOST_BYTES", 1000)
     for data in (gzip.compress(bytes(2000)), _archive(tmp_path / "a.zip", {"a.csv": bytes(600), "b.csv": bytes(600)})):
         (tmp_path / "log").write_bytes(data)
         with pytest.raises(BadInput, match="a compressed file of more than"):

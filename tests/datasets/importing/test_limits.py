@@ -44,7 +44,7 @@ def test_a_parquet_file_of_more_cells_than_a_log_has_is_refused_as_such(tmp_path
     packed = BytesIO()
     pd.DataFrame({"time": range(50), "heading": range(50)}).to_parquet(packed)
     with pytest.raises(BadInput, match="more than 99 cells; cut it into parts"):
-        binary_tables.read_parquet(packed.getvalue(), tmp_path / "log.parquet")
+        binary_tables.read_arrow(packed.getvalue(), tmp_path / "log.parquet")
 
 
 @pytest.mark.parametrize(("name", "kind"), [("raw-ardupilot", ".bin"), ("raw-px4", ".ulg")])

@@ -9,16 +9,14 @@ import pytest
 import helmbench
 from helmbench.cli import status_of
 from helmbench.datasets.generator import Case, generate
-from helmbench.datasets.geometry import body_velocities
-from helmbench.datasets.importing.cell_texts import Texts
-from helmbench.datasets.importing.cells import decorated, numbers_of, table_style
+from helmbench.datasets.geometry import body_velocities, on_plane
+from helmbench.datasets.importing.cells import Texts, decorated, numbers_of, table_style
 from helmbench.datasets.importing.clock import guess_form, seconds, spread
+from helmbench.datasets.importing.clocks import estimate_offset
 from helmbench.datasets.importing.convert import Stream
-from helmbench.datasets.importing.geodesy import on_plane
 from helmbench.datasets.importing.headers import read_header, west_or_south
 from helmbench.datasets.importing.moments import moment
 from helmbench.datasets.importing.names import named
-from helmbench.datasets.importing.offsets import estimate_offset
 from helmbench.datasets.importing.raw import RawColumn
 from helmbench.datasets.importing.segments import cut, find_segments
 from helmbench.datasets.record import Record

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from helmbench.datasets.arrow_csv import arrow_texts
 from helmbench.datasets.importing import clock
 from helmbench.datasets.importing import text as text_logs
-from helmbench.datasets.importing.cell_texts import Texts
-from helmbench.datasets.importing.cells import GAPS, decorated, numbers_of
+from helmbench.datasets.importing.cells import GAPS, Texts, decorated, numbers_of
 from helmbench.datasets.importing.text import read_text
 from helmbench.models.errors import BadInput
 
