@@ -132,13 +132,19 @@ def tie(finding: Finding, sizes: Sequence[str] = (), between: str = "; ") -> str
     """The cause with the columns that it is of, or the groups of the model's own numbers, the few records that have
     it, with its sizes, and with causes that the records cannot distinguish from it."""
     groups, columns = _wrong_groups([finding]), finding.details.get("columns", ())
+    rivals = [*map(cause, finding.tied_with), *_groups_as_good(finding)]
     other = "other values of " if finding.tied_with else ""
     of_own = finding.cause == BaseCoefficients.id and groups
     first = f"{other}{in_line(groups)}" if of_own else cause(finding.cause)
     first += f" of {in_line([channel(name)[0] for name in columns])}" if columns else ""
     first += f" in {in_line(records)}" if (records := finding.details.get("records")) else ""
     first += f" ({between.join(sizes)})" if sizes else ""
-    return f"{'either ' if finding.tied_with else ''}{' or '.join([first, *map(cause, finding.tied_with)])}"
+    return f"{'either ' if rivals else ''}{' or '.join([first, *rivals])}"
+
+
+def _groups_as_good(finding: Finding) -> list[str]:
+    """Groups of the model's own numbers that would do as well, in words."""
+    return [title.partition(" (")[0] for title in finding.details.get("would do as well", ())]
 
 
 def detail(value: object) -> str:
@@ -401,7 +407,7 @@ def _groups(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
     are uncertain."""
     numbers = [_changed(diagnosis.model, item) for finding in findings for item in finding.sizes]
     groups = in_line(_wrong_groups(findings)) or "numbers of its own"
-    alike = [name for f in findings for name in f.details.get("numbers that would do as well", ())]
+    alike = [n for f in findings for n in (*f.details.get("numbers that would do as well", ()), *_groups_as_good(f))]
     others = f"; {in_line(alike)} would do as well" if alike else ""
     return f"{groups} ({', '.join(numbers)}{others})" if numbers else ""
 
