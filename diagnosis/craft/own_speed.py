@@ -63,7 +63,7 @@ def numbers_of(train: Sequence[Record], time_s: float, turns: bool) -> dict[str,
     sway = sway[np.isfinite(sway).all(axis=1)]
     if len(sway) >= FEWEST:
         lever, lag = _bounded(sway[:, :2], sway[:, 2], np.array([-np.inf, 0.05 * time_s])).tolist()
-    return told | {"point_ahead": lever, "sway_time": lag}
+    return told | {"sway_lever": lever, "sway_time": lag}
 
 
 def with_own_speed(model: Model, numbers: dict[str, float]) -> Model:

@@ -41,7 +41,7 @@ def test_astern_a_rudder_turns_the_craft_to_the_other_side_and_damping_stays(fam
 
 def test_a_speed_of_its_own_has_the_sign_of_surge_and_still_damping_acts_at_rest():
     flow = resolve("rudder-in-flow").with_coefficients(np.array([NUMBERS["a1"], NUMBERS["b2"]]))
-    own = {"speed_drive": 0.1, "speed_drag": 0.1, "turn_drag": 0.0, "point_ahead": 0.0, "sway_time": 1.0}
+    own = {"speed_drive": 0.1, "speed_drag": 0.1, "turn_drag": 0.0, "sway_lever": 0.0, "sway_time": 1.0}
     model = extended(replace(flow, speed_m_s=SPEED), "own_speed", own)
 
     def turning(surge, sway):
