@@ -16,6 +16,7 @@ import numpy as np
 
 from ..models.errors import BadInput
 from ..models.instruments import SENSORS, SWAPS, bent, checked, linkage, similar, straightened
+from ..models.linear_algebra import pinv
 from .columns import POSITIONS, RUDDERS, TURN
 from .record import Record
 from .signals import noise_in
@@ -292,7 +293,7 @@ def _slope(series: np.ndarray, step_s: float, order: int) -> np.ndarray:
 def _slope_weights(order: int) -> np.ndarray:
     """Weights (SMOOTHED, SMOOTHED) of samples in the slope at each of them, for a step of one."""
     powers, place = np.arange(order + 1), np.arange(SMOOTHED) - SMOOTHED // 2
-    fit = np.linalg.pinv(place[:, None] ** powers)
+    fit = pinv(place[:, None].astype(float) ** powers)
     return (powers * place[:, None] ** np.maximum(powers - 1, 0)) @ fit
 
 

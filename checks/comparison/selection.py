@@ -248,7 +248,7 @@ def _sized(chain: Chain, records: Sequence[Record], chosen: Sequence[Entered]) -
     means = _means(values, spread, whole)
     if any(mean.p_equal < SURELY for mean in means):
         values, spread = _by_record([_alone(chain, record, options) for record in records])
-        means = _means(values, spread, whole)
+        means = _means_of_records(values, spread)
     motions, out = [chain.motion(r) for r in records], []
     for entered, at in zip(chosen, _columns(options), strict=True):
         own = tuple(means[c] for c in at)
@@ -318,11 +318,7 @@ def _means(values: np.ndarray, spread: np.ndarray, whole: BlockFit) -> list[Mean
 
     One size that differs between records bends what all rows together say of the others.
     """
-    known = np.isfinite(values)
-    means = [
-        random_effects_mean(values[known[:, c], c], spread[known[:, c], c], dof=BLOCKS - 1)
-        for c in range(values.shape[1])
-    ]
+    means = _means_of_records(values, spread)
     if any(mean.p_equal < DIFFERENT for mean in means):
         return means
     dof = max(whole.blocks - whole.values.size, 1)
@@ -330,6 +326,15 @@ def _means(values: np.ndarray, spread: np.ndarray, whole: BlockFit) -> list[Mean
     return [
         Mean(float(v), float(v - h), float(v + h), mean.between, mean.p_equal)
         for v, h, mean in zip(whole.values, half, means, strict=True)
+    ]
+
+
+def _means_of_records(values: np.ndarray, spread: np.ndarray) -> list[Mean]:
+    """Means of sizes (R, k) from each record's own."""
+    known = np.isfinite(values)
+    return [
+        random_effects_mean(values[known[:, c], c], spread[known[:, c], c], dof=BLOCKS - 1)
+        for c in range(values.shape[1])
     ]
 
 
