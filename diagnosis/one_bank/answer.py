@@ -117,9 +117,9 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
         details["groups"] = list(dict.fromkeys(_title(choice, one.candidate.of) for one in own))
         if alike := [name for one in own for c in one.alike for name in c.names]:
             details["numbers that would do as well"] = alike
-    hull = [c.of for c in rivals if choice.bank.cause_of(c) == BaseCoefficients.id]
-    if hull:
-        details["would do as well"] = sorted({_title(choice, of) for of in hull})
+    hull = {_title(choice, c.of) for c in rivals if choice.bank.cause_of(c) == BaseCoefficients.id}
+    if hull := hull.difference(details.get("groups", ())):
+        details["would do as well"] = sorted(hull)
     if isinstance(causes().get(cause), MissingTerm):
         details["components"] = [every_term()[name].name for one in own for name in one.candidate.names]
     kinds = {choice.bank.places[n].kind for one in own for n in one.candidate.names}
