@@ -143,8 +143,9 @@ def tie(finding: Finding, sizes: Sequence[str] = (), between: str = "; ") -> str
 
 
 def _groups_as_good(finding: Finding) -> list[str]:
-    """Groups of the model's own numbers that would do as well, in words."""
-    return [title.partition(" (")[0] for title in finding.details.get("would do as well", ())]
+    """Groups of the model's own numbers that would do as well as others of these, in words."""
+    titles = finding.details.get("would do as well", ()) if finding.cause == BaseCoefficients.id else ()
+    return [title.partition(" (")[0] for title in titles]
 
 
 def detail(value: object) -> str:
