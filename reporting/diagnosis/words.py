@@ -40,7 +40,7 @@ MOST_PERCENT = 1000.0
 """Change, %, from which both values are told in its place."""
 TOO_SMALL = 0.02
 """Relative change of an error below which it is told as it was."""
-SYMBOLS = ("delta0", "tau", "b", "s", "e", "k", "angle", "rate", "limit", "fraction", "share")
+SYMBOLS = ("x", "delta0", "tau", "b", "s", "e", "k", "angle", "rate", "limit", "fraction", "share")
 """Names of numbers that say no more than their cause does, where it has one number alone."""
 MOVED = 5
 """Numbers of a joint fit that are told with their changes."""
