@@ -7,7 +7,7 @@ here knows a vessel, so no fault of a model can appear as one of a sensor.  Ever
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -117,6 +117,11 @@ def examine_each(records: Iterable[Record], entries: Sequence[FileCheck]) -> Exa
     return done
 
 
+def cleaned_of(records: Iterable[Record], ids: Collection[str]) -> list[Record]:
+    """Records corrected for what some checks (ids) of each file find, as far as possible."""
+    return examine_each(records, [check for check in file_checks() if check.id in ids]).records
+
+
 def _check_sides(done: Examined) -> None:
     """The sign of the rudders, of the records of one side of a positive rudder together."""
     entry, steered = RudderSign(), [r for r in done.records if _steers(r, done)]
@@ -149,8 +154,7 @@ def check_sensors(
     findings: list[CheckFinding] = []
     current = [averages_of(record) for record in records]
     for done, corrected in compared(chains(), current, derived, reasons):
-        known = {f.cause for f in findings if f.material}  # of a heading as it was read another chain shows it again
-        findings, current = [*findings, *(f for f in of_sizes(done) if f.cause not in known)], corrected
+        findings, current = [*findings, *of_sizes(done)], corrected
         if done.absurd is not None:
             return findings, reasons
         try:
@@ -176,17 +180,18 @@ def compared(
 
     derived : as of `check_sensors`.  reasons : gets why some could not be compared.
     """
-    current = list(records)
+    current, earlier = list(records), frozenset[str]()
     for k, chain in enumerate(along):
         try:
             use, doubts = _as_velocities_were_made(chain, chain.taken(current), records)
-            done = compare(chain, use, derived, along[k + 1 :])
+            done = replace(compare(chain, use, derived, along[k + 1 :]), earlier=earlier)
             names = {r.name for r in done.records}
             current = [done.without(r) if r.name in names else r for r in current]
         except UNUSABLE as error:
             reasons.append(f"{chain.title} cannot be compared: {error}")
             continue
         reasons += [*doubts, *(f"{chain.title}: {why}" for why in done.reasons)]
+        earlier |= {s.option.cause.id for s in done.sizes if s.material}
         yield done, current
         if done.absurd is not None:
             return

@@ -104,10 +104,11 @@ def _rudder_exchanged(record: Record) -> list[Fault]:
 def _no_yaw_rate(record: Record) -> list[Fault]:
     """A yaw-rate column that goes with the heading neither in size nor in time, where the course of the positions goes
     with the heading."""
-    turned, course = heading_ratio(record, steady=False), course_ratio(record)
-    if turned is None or course is None or not course.correlation > AGREE_AS_RUDDER > abs(turned.correlation):
+    turned = heading_ratio(record, steady=False)
+    if turned is None or abs(turned.correlation) > AGREE_AS_RUDDER or 1.0 / OTHER < abs(turned.slope) < OTHER:
         return []
-    if 1.0 / OTHER < abs(turned.slope) < OTHER:
+    course = course_ratio(record)
+    if course is None or not course.correlation > AGREE_AS_RUDDER:
         return []
     said = (
         f"yaw_rate_rad_s is another quantity, and is left out: its changes are {abs(1.0 / turned.slope):.2g} of those "

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..checks.base import cleaned
-from ..checks.check import compared, distinct, examine_each
+from ..checks.check import cleaned_of, compared, distinct, examine_each
 from ..checks.columns import RudderSign, to_other_side
 from ..checks.comparison.chains import chains
 from ..checks.comparison.drift import current_finding
@@ -107,9 +107,7 @@ class Prepared:
         for comparison, train in compared(along, self.train, self.derived, []):
             if comparison.absurd is not None:
                 break
-            known = {f.cause for f in done.findings}  # of a heading as it was read another chain shows it again
-            findings = [of_sensor(f, ids) for f in of_sizes(comparison) if f.material and f.cause not in known]
-            sizes = [s for s in comparison.sizes if s.material and s.option.cause.id not in known]
+            findings = [of_sensor(f, ids) for f in of_sizes(comparison) if f.material]
             drift = _current(comparison) if comparison.chain.of_positions and Current.id in ids else None
             tested = dict(done.tested)
             for option, z in comparison.tested:
@@ -120,7 +118,7 @@ class Prepared:
                 held_out=[comparison.without(r, own=False) for r in done.held_out],
                 findings=(*done.findings, *findings),
                 current=done.current or drift,
-                removed=combined(done.removed, _instruments(sizes)),
+                removed=combined(done.removed, _instruments([s for s in comparison.new if s.material])),
                 tested=tested,
             )
         return done
@@ -136,8 +134,7 @@ class Prepared:
         other sign, or under each other's names are as they should be."""
         wrong = {f.cause for f in self.checked if f.corrected and not f.blanked}
         wrong -= {name for name, fault in self.faults.items() if fault.instruments and name not in self.few}
-        right = examine_each(records, [check for check in file_checks() if check.id in wrong]).records
-        turned = self.few.get(RudderSign.id, ())
+        right, turned = cleaned_of(records, wrong), self.few.get(RudderSign.id, ())
         return [r.with_channels(**to_other_side(r)) if r.name in turned else r for r in right]
 
 

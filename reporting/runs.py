@@ -259,8 +259,7 @@ def _over_time(record: RecordRuns, panels: Sequence[Panel], width: float) -> str
                 own.axhline(0.0, color=SOFT, linewidth=0.7)
         axes[-1].set_xlabel("time, s")
 
-    margins = {"left": BEFORE_AXIS / width, "bottom": FOOT / height, "top": 1.0 - HEAD / height}
-    margins |= {"right": RIGHT, "hspace": 0.15}
+    margins = _margins(width, height) | {"hspace": 0.15}
     return chart(draw, (width, height), f"{record.record}: measured and simulated", margins)
 
 
@@ -299,8 +298,12 @@ def track_chart(record: RecordRuns) -> str:
         axes.plot(east[first], north[first], "o", color=MEASURED, markersize=4)
         axes.set(xlabel="east, m", ylabel="north, m", aspect="equal", adjustable="datalim")
 
-    margins = {"left": BEFORE_AXIS / WIDTH, "bottom": FOOT / WIDTH, "top": 1.0 - HEAD / WIDTH, "right": RIGHT}
-    return chart(draw, (WIDTH, WIDTH), "track", margins)
+    return chart(draw, (WIDTH, WIDTH), "track", _margins(WIDTH, WIDTH))
+
+
+def _margins(width: float, height: float) -> dict[str, float]:
+    """Margins of a figure of so many inches."""
+    return {"left": BEFORE_AXIS / width, "bottom": FOOT / height, "top": 1.0 - HEAD / height, "right": RIGHT}
 
 
 def value_range(arrays: Sequence[np.ndarray], limit: float | None = None) -> tuple[float, float] | None:

@@ -71,6 +71,7 @@ class Compared:
     with the z of each by itself.
 
     absurd : why nothing is said of the sensors: one would have an error that no instrument has.
+    earlier : causes (ids) that comparisons before this one showed to matter; a heading as it was read shows them again.
     """
 
     chain: Chain
@@ -79,6 +80,12 @@ class Compared:
     reasons: tuple[str, ...]
     tested: tuple[tuple[Option, float], ...] = ()
     absurd: str | None = None
+    earlier: frozenset[str] = frozenset()
+
+    @property
+    def new(self) -> list[Sizes]:
+        """The sizes but those of causes that earlier comparisons showed."""
+        return [s for s in self.sizes if s.option.cause.id not in self.earlier]
 
     @property
     def removed(self) -> list[Sizes]:
@@ -266,12 +273,16 @@ def _alone(chain: Chain, record: Record, options: Sequence[Option]) -> BlockFit:
     """Sizes in one record, from that alone; nan, infinite spread for what it cannot tell by itself."""
     own = [o for o in options if _testable(o, chain, [record])]
     places = [c for o, at in zip(options, _columns(options), strict=True) if o in own for c in at]
-    count = sum(len(o.effects) for o in options)
-    values, covariance = np.full(count, np.nan), np.diag(np.full(count, np.inf))
-    if own:
-        _, fitted, _ = _refined(chain, [record], own)
-        values[places], covariance[np.ix_(places, places)] = fitted.values, fitted.covariance
-    return BlockFit(values, covariance, BLOCKS, np.ones(count))
+    one = _refined(chain, [record], own)[1] if own else None
+    return _among(sum(len(o.effects) for o in options), places, one)
+
+
+def _among(count: int, places: list[int], one: BlockFit | None) -> BlockFit:
+    """So many sizes of which a fit tells those at some places; nan, infinite spread for the others."""
+    sizes, covariance = np.full(count, np.nan), np.diag(np.full(count, np.inf))
+    if one is not None:
+        sizes[places], covariance[np.ix_(places, places)] = one.values, one.covariance
+    return BlockFit(sizes, covariance, BLOCKS, np.ones(count))
 
 
 def _without_small(chain: Chain, records: Sequence[Record], sizes: tuple[Sizes, ...]) -> tuple[Sizes, ...]:
@@ -364,12 +375,8 @@ def _refined(
 
 def _own(part: Sums, values: np.ndarray, columns: list[int]) -> BlockFit:
     """Sizes in one record from those of all by one step; nan, infinite spread for what it cannot tell by itself."""
-    sizes, covariance = np.full(values.size, np.nan), np.diag(np.full(values.size, np.inf))
-    if columns:
-        own = fit([part], columns)
-        sizes[columns] = values[columns] + own.values
-        covariance[np.ix_(columns, columns)] = own.covariance
-    return BlockFit(sizes, covariance, BLOCKS, np.ones(values.size))
+    step = fit([part], columns) if columns else None
+    return _among(values.size, columns, step and step._replace(values=values[columns] + step.values))
 
 
 def corrected_for(record: Record, options: Sequence[Option], values: np.ndarray) -> Record:
@@ -442,8 +449,8 @@ def _as_curve(chain: Chain, records: Sequence[Record], derived: Mapping[str, set
 
 # ---- findings
 def of_sizes(done: Compared) -> list[CheckFinding]:
-    """Sensor errors that a comparison selected, those that matter first."""
-    out = [_of_sizes(done, s) for s in done.sizes]
+    """Sensor errors that a comparison selected and no earlier one, those that matter first."""
+    out = [_of_sizes(done, s) for s in done.new]
     return sorted(out, key=lambda f: not f.material)
 
 

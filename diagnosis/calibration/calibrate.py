@@ -36,6 +36,7 @@ from ..options import Options
 from ..prepared import ready_records
 from ..report.bank import BY_FREE_RUNS
 from ..report.verdict import where_wrong
+from ..result import CHANGE
 from .result import Calibration, Moved, Remaining, RunEffect, Share, StatedRegime, StepTold
 from .what_remains import floor, ingredients, next_runs
 
@@ -161,7 +162,7 @@ def _moved(choice: Choice, said: Diagnosis, groups: Sequence[Group]) -> Iterator
     before = {**choice.bank.values, **values_of(said.model)}
     for finding in (f for f in said.causes if f.stage == BY_FREE_RUNS):
         if choice.local is not None and "regime" in finding.details:
-            yield _moved_in_regime(choice, next(s for s in finding.sizes if s.parameter.startswith("change: ")))
+            yield _moved_in_regime(choice, next(s for s in finding.sizes if s.parameter.startswith(CHANGE)))
         elif finding.cause == RudderOffset.id:
             yield _neutral_angle(finding, owner[OFFSET].id if OFFSET in owner else finding.cause)
         for size in finding.sizes or _all_sizes(choice, finding):

@@ -15,13 +15,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...checks.base import UNUSABLE
-from ...checks.check import distinct, examine, examine_each
+from ...checks.check import cleaned_of, distinct, examine
 from ...checks.columns import RudderSign, to_other_side
 from ...checks.comparison.drift import deviation_finding
 from ...checks.files.outliers import YawRateSaturation
 from ...checks.files.repeats import FrozenSamples
 from ...checks.files.rudder_response import fitted, means_of
-from ...checks.registry import file_checks
 from ...checks.result import merged, sentence_of
 from ...checks.sensors import CompassDeviation
 from ...datasets.columns import RUDDERS
@@ -95,7 +94,7 @@ def _with_right_columns(
         return [], records
     findings = [of_columns(name, files, records) for name in COLUMNS if name in wrong]
     findings += [of_left_out_samples(SATURATED, files, records)] if SATURATED in wrong else []
-    return findings, examine_each(distinct(records), [check for check in file_checks() if check.id in wrong]).records
+    return findings, cleaned_of(distinct(records), wrong)
 
 
 def against_the_others(records: Sequence[Record]) -> list[Record]:

@@ -60,8 +60,7 @@ def worsens(said: Diagnosis, outweighed: bool = False) -> bool:
 
     outweighed : there, any channel is worse only where it is much worse.
     """
-    own = {c: (g.own_before, g.own_after) for c, g in said.gain.items()}
-    blind, training = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}, training_errors(said)
+    own, blind, training = _trimmed_errors(said), _blind_errors(said), training_errors(said)
     if own_neutral_angles(said.causes):
         if _motion_fall(blind) < -np.log(MUCH_WORSE):
             return True
@@ -101,18 +100,17 @@ def _place_floor(said: Diagnosis) -> float:
 def blind_fall(said: Diagnosis) -> float:
     """Fall of the logarithm of the errors of held-out records without their own trim, in the mean over channels but
     positions."""
-    return _motion_fall({c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()})
+    return _motion_fall(_blind_errors(said))
 
 
 def is_for_trim(said: Diagnosis) -> bool:
     """Whether held-out records are predicted better only where their own trim is not known, and no better with it: what
     is named stands for a neutral angle."""
-    own = {c: (g.own_before, g.own_after) for c, g in said.gain.items()}
-    return blind_fall(said) > 0.0 > _motion_fall(own)
+    return blind_fall(said) > 0.0 > _motion_fall(_trimmed_errors(said))
 
 
 def training_fall(said: Diagnosis) -> float:
-    """The same of whole training records."""
+    """Fall of the logarithm of the errors of whole training records, as that of held-out ones."""
     return _motion_fall(training_errors(said))
 
 
@@ -121,6 +119,16 @@ def misleads(said: Diagnosis) -> bool:
     known."""
     turning = (gain for channel, gain in said.gain.items() if channel in TURN)
     return any(gain.rmse_after > WORSE * gain.rmse_before for gain in turning)
+
+
+def _blind_errors(said: Diagnosis) -> dict[str, tuple[float, float]]:
+    """Channel -> errors of held-out records before and after, without their own trim."""
+    return {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}
+
+
+def _trimmed_errors(said: Diagnosis) -> dict[str, tuple[float, float]]:
+    """Channel -> errors of held-out records before and after, with each record's own trim."""
+    return {c: (g.own_before, g.own_after) for c, g in said.gain.items()}
 
 
 def _motion_fall(errors: Mapping[str, tuple[float, float]]) -> float:

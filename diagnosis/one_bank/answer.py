@@ -25,7 +25,7 @@ from ..causes.registry import causes
 from ..causes.surroundings import PairCause, WaveDrift, Wind
 from ..report.bank import BY_CHANNELS, BY_FREE_RUNS, lines, of_channels
 from ..report.verdict import NAMED, PARTLY, of_motion
-from ..result import Entry, Finding
+from ..result import CHANGE, Entry, Finding
 from .catalogue import FAULT, FLOWS, SIDES, every_term, flow_name
 from .search import LARGE, SMALL, half_intervals, main_number
 
@@ -180,7 +180,7 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
         place, value, half = choice.bank.places[name], fitted.value(name), halves.get(name, 0.0)
         if choice.local is not None and name == choice.local.size:
             number = choice.local.number.name
-            yield Size(f"change: {number} {choice.local.words}", value, value - half, value + half,
+            yield Size(f"{CHANGE}{number} {choice.local.words}", value, value - half, value + half,
                        "rad" if number == OFFSET else "1")  # fmt: skip
             continue
         if place.kind == "model":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -244,6 +244,14 @@ def _choice_and_diagnosis(
         else:
             break
         diagnosis = diagnosed(choice)
+    return ChoiceAndDiagnosis(*_with_right_angle(choice, diagnosis, diagnosed, bool(held_out)), nearly)
+
+
+def _with_right_angle(
+    choice: Choice, diagnosis: Diagnosis, diagnosed: Callable[[Choice], Diagnosis], held_out: bool
+) -> tuple[Choice, Diagnosis]:
+    """The choice and its diagnosis with one neutral rudder angle of all records in the place of several numbers, or
+    without one, where whole records are predicted better so; held_out : whether there are such records."""
     if (angle := neutral_angle_alone(choice)) is not None:
         of_angle = diagnosed(angle)
         falls = [blind_fall] if held_out else []
@@ -254,7 +262,7 @@ def _choice_and_diagnosis(
         of_rest = diagnosed(rest)
         if blind_fall(of_rest) > blind_fall(diagnosis) + LITTLE and not worsens(of_rest):
             choice, diagnosis = rest, of_rest
-    return ChoiceAndDiagnosis(choice, diagnosis, nearly)
+    return choice, diagnosis
 
 
 def runs_of(model: Model, records: Sequence[Record], options: Options, decided: Collection[str] = ()) -> FreeRuns:

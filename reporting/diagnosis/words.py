@@ -16,6 +16,7 @@ from ...diagnosis.causes.steering_gear import RudderOffset
 from ...diagnosis.causes.surroundings import Current
 from ...diagnosis.gain.guard import WORSE
 from ...diagnosis.report.bank import BY_CHANNELS, is_of_record
+from ...diagnosis.result import CHANGE
 from ...estimation.validation.validate import label
 from ..numbers import DEG, interval_digits, number, p_value, percent, with_unit
 from ..validation.page import share_explained
@@ -61,8 +62,6 @@ ENDINGS = {
     "sin": "with its sine",
 }
 """Ends of the names of numbers of forces and drifts -> what the number is."""
-CHANGE = "change: "
-"""Begin of the name of a number that changes in a regime, before the number and the regime in words."""
 STATUS_ORDER = ("named", "tied", "explained_by", "not_significant", "not_testable")
 
 
