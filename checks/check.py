@@ -21,6 +21,7 @@ from .comparison.chains import Chain, chains, sums, why_not
 from .comparison.drift import current_finding, deviation_finding
 from .comparison.selection import Compared, compare, of_sizes
 from .files.copies import DerivedChannel
+from .files.units import WrongUnit, revolutions_units
 from .integrity.averages import averages_of
 from .registry import check_of, file_checks
 from .result import Check, CheckFinding, merged
@@ -92,9 +93,18 @@ def examine(records: Sequence[Record]) -> Examined:
 
     The records have names that differ.
     """
-    done = examine_each(records, file_checks())
+    right, findings = with_right_revolutions(records)
+    done = examine_each(right, file_checks())
+    done.findings[:0] = findings
     _check_sides(done)
     return done
+
+
+def with_right_revolutions(records: Sequence[Record]) -> tuple[list[Record], list[CheckFinding]]:
+    """Records with the propeller's revolutions in the unit that most of them have, and what was corrected."""
+    faults = revolutions_units(records)
+    findings = [of_fault(WrongUnit(), faults[r.name], r) for r in records if r.name in faults]
+    return [cleaned(r, [faults[r.name]]) if r.name in faults else r for r in records], findings
 
 
 def examine_each(records: Iterable[Record], entries: Sequence[FileCheck]) -> Examined:

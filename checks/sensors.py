@@ -119,12 +119,13 @@ class CompassDeviation(SensorError):
 
 
 class SpeedScaleError(SensorError):
-    """Scale error of the speed log: recorded surge and sway (in a second variant surge alone) = (1 + s) true."""
+    """Scale error of the speed log: recorded surge and sway (in further variants one of them alone) = (1 + s) true."""
 
     id, unit = "speed_scale", "1"
     track = (
         scale(lambda path: -path.run, "surge_scale", "sway_scale"),
         scale(lambda path: -path.along(path.speed.real), "surge_scale"),
+        scale(lambda path: -path.along(1j * path.speed.imag), "sway_scale"),
     )
     log = (scale(lambda log: -log.run, "surge_scale"),)
     farthest = 1.0

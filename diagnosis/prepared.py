@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..checks.base import cleaned
-from ..checks.check import cleaned_of, compared, distinct, examine_each
+from ..checks.check import cleaned_of, compared, distinct, examine_each, with_right_revolutions
 from ..checks.columns import RudderSign, to_other_side
 from ..checks.comparison.chains import chains
 from ..checks.comparison.drift import current_finding
@@ -158,9 +158,12 @@ def _instruments(sizes: Sequence[Sizes]) -> dict[str, float]:
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
     """Records behind the model's instruments, with gross faults and (where the model knows no track) sensors
     corrected."""
-    done = examined(prepared([*train, *held_out], model, options), model)
+    right, units = with_right_revolutions(distinct([*train, *held_out]))
+    done = examined(prepared(right, model, options), model)
     sides = done.train[: len(train)], done.train[len(train) :]
-    done = replace(done, train=sides[0], held_out=sides[1], recorded=held_out)
+    recorded = [replace(r, name=own.name) for r, own in zip(right[len(train) :], held_out, strict=True)]
+    checked = (*units, *done.checked)
+    done = replace(done, train=sides[0], held_out=sides[1], recorded=recorded, checked=checked)
     if {"v", "x", "y"} <= set(model.states):
         return done
     return done.compared(options.causes(), positions_only=True)

@@ -38,7 +38,7 @@ TIE = 9.2
 CERTAIN = 4.0
 """Standard errors from which the size of a single record is surely not zero."""
 LARGE = 3.0
-"""Floors from which a size of single records matters where the others are below theirs."""
+"""Floors from which a size of single records matters, and factor by which those of the others are smaller."""
 LATEST = 0.1
 """Share of a record's duration that a delay may have at most."""
 COLLINEAR = 0.5
@@ -307,7 +307,7 @@ def _matters(
     motions: Sequence[Motion], option: Option, values: np.ndarray, spread: np.ndarray, means: Sequence[Mean]
 ) -> bool:
     """Whether a mean size is clearly not zero and larger than its floor; or that of one record, of a cause that drifts,
-    or where the others, more than half of all, have none.
+    or where the others, more than half of all, have far smaller ones.
 
     Any other size whose sign differs between records is none of the instrument.
     """
@@ -317,9 +317,11 @@ def _matters(
             return True
         own = np.abs(values[:, k])
         clear = (own > floor) & (own > CERTAIN * spread[:, k])
-        single = mean.p_equal < SURELY and 2 * np.count_nonzero(clear) < own.size
-        single &= bool(np.all(own[clear] > LARGE * floor[clear]))
-        if np.any(clear) and (single or (mean.p_equal < DIFFERENT and option.cause.drifts)):
+        large = clear & (own > LARGE * floor)
+        few = 0 < 2 * np.count_nonzero(large) < own.size and mean.p_equal < SURELY
+        if few and LARGE * np.max(own[~large], initial=0.0) < np.min(own[large]):
+            return True
+        if np.any(clear) and mean.p_equal < DIFFERENT and option.cause.drifts:
             return True
     return False
 
@@ -470,7 +472,8 @@ def _of_sizes(done: Compared, s: Sizes) -> CheckFinding:
     tied = [o.cause.id for o in s.rivals] + list(entry.track_rivals)
     of_records = f"of {len(names)} records" if len(names) > 1 else "of the record"
     said = f"{done.chain.title} {of_records}: {s.z:.1f} standard errors from zero"
-    said += f"; late: {_late(s)}" if s.option.is_delay else ""
+    said += f"; late: {_channels(s)}" if s.option.is_delay else ""
+    said += f"; scaled: {_channels(s)}" if entry.id == SpeedScaleError.id else ""
     said += f"; the records differ in size (p-value of equal ones {p_equal:.1g})" if differs else ""
     return CheckFinding(
         entry.id,
@@ -487,7 +490,8 @@ def _of_sizes(done: Compared, s: Sizes) -> CheckFinding:
     )
 
 
-def _late(s: Sizes) -> str:
+def _channels(s: Sizes) -> str:
+    """The channels that an error is of, in words."""
     slots = s.option.effects[0].instruments or (s.option.cause.id,)
-    names = [slot.removesuffix("_delay").replace("_", " ") for slot in slots]
+    names = [slot.removesuffix("_delay").removesuffix("_scale").replace("_", " ") for slot in slots]
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...datasets.axes import track_of
 from ...datasets.columns import POSITIONS, RUDDERS, TURN, TWIN, VELOCITIES
+from ...datasets.instruments import REVOLUTIONS
 from ...datasets.signals import sensor_sd
 from ...datasets.yaw_response import steering_side
 from ...models.linear_algebra import lstsq
@@ -35,11 +36,15 @@ from ..integrity.readings import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from ...datasets.record import Record
 
 DEGREE = np.pi / 180.0
+TURNS_OF = {2.0 * np.pi: "rad/s", 60.0: "revolutions in a minute", 360.0: "deg/s"}
+"""Factor on revolutions in a second -> their unit."""
+ALIKE = 1.3
+"""Factor by which revolutions for the speed may differ between records of one ship."""
 TOGETHER = 0.7
 """Correlation of course and heading from which their ratio is believed."""
 ALL_ANGLES = 20.0
@@ -132,6 +137,33 @@ class WrongUnit(FileCheck):
                 fixed = scaled(record, **{name: DEGREE})
                 faults.append(Fault(said, (name,), (exact("largest", most, "rad"),), columns=fixed))
         return faults
+
+
+def revolutions_units(records: Sequence[Record]) -> dict[str, Fault]:
+    """Name of a record -> its fault, of records whose revolutions for their speed are those of the others in another
+    unit; none where fewer than two others tell, or half of the records or more differ."""
+    each = {r.name: x for r in records if (x := _turns_of_a_metre(r)) is not None}
+    faults = dict[str, Fault]()
+    for record in (r for r in records if r.name in each):
+        usual = float(np.median([x for name, x in each.items() if name != record.name])) if len(each) > 2 else 0.0
+        ratio = each[record.name] / usual if usual else 1.0
+        factor = next((f for f in TURNS_OF if 1.0 / ALIKE < ratio / f < ALIKE), None)
+        if factor is not None:
+            said = f"{REVOLUTIONS} seems to hold {TURNS_OF[factor]}: for the speed it is {ratio:.3g} times the others'"
+            columns = scaled(record, **{REVOLUTIONS: 1.0 / factor})
+            faults[record.name] = Fault(said, (REVOLUTIONS,), (exact("ratio", ratio, "1"),), columns=columns)
+    return faults if 2 * len(faults) < len(each) else {}
+
+
+def _turns_of_a_metre(record: Record) -> float | None:
+    """Revolutions over the speed on a straight course, 1/m; None where one of them is not known."""
+    if not record.has("surge_m_s", REVOLUTIONS):
+        return None
+    speed, turns = (np.abs(record.column(name)) for name in ("surge_m_s", REVOLUTIONS))
+    if not (np.isfinite(speed).any() and np.isfinite(turns).any()):
+        return None
+    fast, usual = float(np.nanquantile(speed, 0.9)), float(np.nanmedian(turns))
+    return usual / fast if fast > 0.0 and usual > 0.0 else None
 
 
 def _disagreement(record: Record, factors: Mapping[str, float]) -> float:

@@ -31,6 +31,8 @@ USUAL = 0.75
 """Quantile of the ways made in windows that is taken for the usual one: windows over a jump may be the largest."""
 WHOLE = 1.5
 """Times its usual duration beyond which a window holds a gap."""
+GAP = 5.0
+"""Times a long step between samples (nine of ten are shorter) beyond which the step is a gap."""
 AGREE, AGREE_AS_RUDDER = 0.95, 0.8
 """Correlations from which a ratio is believed: by itself, and where the rudder says the same."""
 NEAR = 0.06
@@ -306,8 +308,9 @@ def _window(time: np.ndarray) -> int:
 
 def whole_windows(time: np.ndarray, w: int) -> np.ndarray:
     """(M,) windows of w samples without a gap inside."""
-    span = time[w:] - time[:-w]
-    return span < WHOLE * np.median(span)
+    steps = np.diff(time)
+    usual = float(np.mean(steps[steps <= GAP * np.quantile(steps, 0.9)]))
+    return time[w:] - time[:-w] < WHOLE * w * usual
 
 
 def turns_back(ratio: float) -> bool:

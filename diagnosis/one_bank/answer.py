@@ -32,6 +32,7 @@ from .search import LARGE, SMALL, half_intervals, main_number
 if TYPE_CHECKING:
     from ...checks.base import Check
     from ...estimation.selection.minimiser import Fitted
+    from ...estimation.selection.number import Candidate
     from ...estimation.selection.selection import Entered
     from ...models.model import Model
     from ..free_runs.problem import FreeRuns
@@ -377,6 +378,12 @@ def common_part(own: Sequence[float], records: int) -> float:
     return float(np.mean(each)) if abs(np.mean(each)) > half_of_mean(each) else 0.0
 
 
+def of_some(choice: Choice, candidate: Candidate) -> bool:
+    """Whether a candidate is of some of the records alone."""
+    owners = {choice.bank.places[n].record for n in candidate.names}
+    return None not in owners and len(owners) < len(choice.runs.record_names)
+
+
 def in_wind(model: Model, choice: Choice) -> Model:
     """The model with the coefficients of the wind force that a choice holds, or that its wind needs."""
     final, places = choice.selection.final.point.values, choice.bank.places
@@ -386,14 +393,16 @@ def in_wind(model: Model, choice: Choice) -> Model:
 
 
 def _outside(choice: Choice, values: Mapping[str, float]) -> dict[str, dict[str, float]]:
-    """Cause of a flow, force or term -> parameters of its extension; of flows of single records their mean."""
+    """Cause of a flow, force or term -> parameters of its extension; of flows of all records the mean, of one that some
+    records have alone none."""
     out: dict[str, dict[str, float]] = {}
     for candidate in choice.selection.candidates:
         own = [n for n in candidate.names if choice.bank.places[n].kind in ("flow", "term")]
         if candidate.of in FLOWS and own:
             for side in SIDES:
-                mean = np.mean([values.get(n, 0.0) for n in own if f"towards_{side}" in n])
-                out.setdefault(candidate.of, {})[flow_name(candidate.of, side, None)] = float(mean)
+                each = [values.get(n, 0.0) for n in own if f"towards_{side}" in n]
+                mean = 0.0 if of_some(choice, candidate) else float(np.mean(each))
+                out.setdefault(candidate.of, {})[flow_name(candidate.of, side, None)] = mean
         elif own:
             out.setdefault(candidate.of, {}).update({n: values.get(n, 0.0) for n in own})
     return out

@@ -198,15 +198,17 @@ def _own_neutral_angles(records: int) -> tuple[Candidate, dict[str, Place]]:
 
 
 def _flows(model: Model, facts: Facts, speed: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
-    """Steady current and wind: the same in all records, or each record's own; where the model states no windage, with
-    coefficients of the wind force, which are all that is not known of a measured wind."""
+    """Steady current and wind: the same in all records, each record's own, or of one record alone; where the model
+    states no windage, with coefficients of the wind force, which are all that is not known of a measured wind."""
     coefficients = {f"{Wind.id} {n}": Place("windage", (n,)) for n in WIND_COEFFICIENTS}
     wind = (Wind.id, Wind.prior.sd, {} if model.windage else coefficients)
     in_wind, lacking = tuple(Number(name, IN_WIND_SD) for name in coefficients), _lacks_windage(model, facts)
     if facts.windy:
         yield Candidate(*((Wind.id, in_wind, INPUT) if lacking else (WIND_FORCE[0], in_wind, HULL))), coefficients
+    every = range(facts.records)
+    owners = ((None,), *([every] if facts.records > 1 else []), *((r,) for r in every if facts.records > 2))
     for cause, sd, more in ((Current.id, Current.prior.sd, {}), *(() if lacking else (wind,))):
-        for records in ((None,), range(facts.records)) if facts.records > 1 else ((None,),):
+        for records in owners:
             places = {
                 flow_name(cause, side, r): Place("flow", column=FLOWS[cause] + i, record=r)
                 for r in records
@@ -214,7 +216,8 @@ def _flows(model: Model, facts: Facts, speed: float) -> Iterator[tuple[Candidate
             }
             numbers = [Number(name, sd * speed) for name in places]
             numbers += [Number(name, WINDAGE_SD) for name in more]
-            yield Candidate(cause, tuple(numbers), INPUT), places | more
+            kind = "record" if None not in records and len(records) < facts.records else ""
+            yield Candidate(cause, tuple(numbers), INPUT, kind=kind), places | more
 
 
 def flow_name(cause: str, side: str, record: int | None) -> str:

@@ -34,6 +34,7 @@ from .answer import (
     findings,
     is_apart,
     model_values,
+    of_some,
     verdict,
     waves_of,
 )
@@ -325,7 +326,7 @@ def of_held_out(model: Model, choice: Choice, records: Prepared) -> dict[str, di
     for candidate in choice.selection.candidates:
         places = [choice.runs.bank.places[n] for n in candidate.names]
         flows = [n for n, p in zip(candidate.names, places, strict=True) if p.kind == "flow" and p.record is not None]
-        for record in records.held_out if flows else ():
+        for record in records.held_out if flows and not of_some(choice, candidate) else ():
             half = record.slice(0, record.n // 2)
             runs = choice.runs.along([whole_unit(choice.bank.model, half, choice.runs.length_s)])
             fixed = {n: x for n, x in choice.selection.final.point.values.items() if n not in flows}

@@ -385,7 +385,9 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
         return choice
     local = _with_regime(choice, rules, 0.0 if as_well else PROMISING)
     if as_well if local.local is None else _predicts_as_well(local, whole()):
-        return _of_own_numbers(choice, whole())
+        alone = _of_own_numbers(choice, whole())
+        more = _beside(choice, base, whole()) if _left_to_explain(runs, alone.selection) else None
+        return alone if more is None else replace(alone, selection=more)
     if not _left_to_explain(local.runs, local.selection):
         return local
     with_numbers = _beside(local, base, whole())

@@ -47,6 +47,8 @@ MOVED = 5
 """Numbers of a joint fit that are told with their changes."""
 SHOWN = 3
 """Sizes of a cause that are told in a sentence."""
+NEXT_TO_NOTHING = 0.02
+"""Share of the largest size of all records up to which that of another record is not told in a sentence."""
 USEFUL = 0.5
 """Share of the yaw rate from which a simulation whose errors no cause explains is told to be of use."""
 LONGEST = 25
@@ -207,9 +209,11 @@ def _name_in(finding: Finding, item: Size) -> str:
 
 def telling(finding: Finding) -> Sequence[Size]:
     """The sizes that hold for all records; of a finding that each record has of its own, or whose mean may be zero,
-    those of records that are not."""
+    those of records that are not, nor next to nothing beside the largest."""
     of_all, of_records = ([x for x in finding.sizes if (x.record is None) == every] for every in (True, False))
     own = [item for item in of_records if _is_clear(item)]
+    largest = {x.parameter: max(abs(y.value) for y in own if y.parameter == x.parameter) for x in own}
+    own = [item for item in own if abs(item.value) > NEXT_TO_NOTHING * largest[item.parameter]]
     return of_all if any(map(_is_clear, of_all)) or (of_all and not own) else own or of_records
 
 
