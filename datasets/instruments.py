@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from ..models.model import Model
 
+RATE_LIMIT = "rudder_rate_limit"
 HEADING, SURGE, SWAY, REVOLUTIONS = "heading_rad", "surge_m_s", "sway_m_s", "propeller_rps"
 SMOOTHED, EVEN = 11, 1e-6
 """Samples whose polynomial gives a noisy channel's slope, and scatter of the time steps up to which they are even."""
@@ -64,11 +65,19 @@ def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
 
 
 def hull_record(record: Record, model: Model) -> Record:
-    """The true motion, as `corrected`, with the rudder in the model's sign.
+    """The true motion, as `corrected`, with the rudder in the model's sign, an order behind the vessel's own gear.
 
     A record that does not say its rudder's sign is taken to have the model's.
     """
-    return corrected(record.turned(model.positive_rudder), model.instruments)
+    return corrected(record.turned(model.positive_rudder), {**gear_of(record, model), **model.instruments})
+
+
+def gear_of(record: Record, model: Model) -> dict[str, float]:
+    """The rate limit of the vessel's own gear, as an instrument, where the record holds the rudder's order alone and no
+    instrument of the model limits its rate."""
+    rate = model.rudder.rate_rad_s
+    is_order = record.has(RUDDERS[1]) and not record.has(RUDDERS[0])
+    return {RATE_LIMIT: rate} if is_order and np.isfinite(rate) and RATE_LIMIT not in model.instruments else {}
 
 
 def observed(record: Record, instruments: Mapping[str, float], rng: np.random.Generator | None = None) -> Record:

@@ -9,6 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ..datasets.columns import INPUTS, POSITIONS
+from ..datasets.instruments import corrected, gear_of
 from ..estimation.results.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.model import CHANNELS
@@ -120,7 +121,7 @@ def _named(
         except (BadInput, CannotFit, FitFailed) as error:
             why = f"; judged by the innovations of a filter, without free runs of left-out pieces: {error}"
     watch(CAUSES)
-    said = by_innovations(model, records, held_out, options)
+    said = by_innovations(model, replace(records, train=behind_gear(model, records.train)), held_out, options)
     return replace(said, reason=said.reason + why), None
 
 
@@ -176,4 +177,9 @@ def identified(model: Model, records: Sequence[Record]) -> Model:
     """The model with coefficients that an output-error fit to the records gives."""
     from ..methods.registry import make
 
-    return make("output-error").fit(records, model.blanked()).model
+    return make("output-error").fit(behind_gear(model, records), model.blanked()).model
+
+
+def behind_gear(model: Model, records: Sequence[Record]) -> list[Record]:
+    """Records behind the model's instruments, with the rudder's order behind the vessel's own gear."""
+    return [corrected(record, gear_of(record, model)) for record in records]

@@ -117,13 +117,14 @@ LATE, UNEVEN, MISSING = 0.2, 0.05, 1.5
 
 
 class Stamps(NamedTuple):
-    """Median step s, rows missing and in how many gaps, longest gap s, late stamps, share of other uneven steps,
-    and the standard deviation of the uneven steps, s."""
+    """Median step s, rows missing and in how many gaps, longest gap and longest stretch without a gap of more than LONG
+    steps, s, late stamps, share of other uneven steps, and the standard deviation of the uneven steps, s."""
 
     step_s: float
     missing: int
     gaps: int
     longest_s: float
+    whole_s: float
     late: np.ndarray
     uneven: float
     spread_s: float
@@ -140,12 +141,15 @@ def stamps(time: np.ndarray) -> Stamps:
     of_pairs = np.zeros(steps.size, bool)
     of_pairs[late - 1] = of_pairs[late] = True
     uneven = (off > UNEVEN * dt) & ~of_pairs & ~gap
+    cuts = np.flatnonzero(steps > LONG * dt)
+    starts, ends = np.append(0, cuts + 1), np.append(cuts, time.size - 1)
     rows = np.maximum(np.round(steps[gap & ~of_pairs] / dt) - 1.0, 1.0)
     return Stamps(
         dt,
         int(rows.sum()),
         rows.size,
         float(steps[gap].max(initial=0.0)),
+        float(np.max(time[ends] - time[starts])),
         late,
         float(np.mean(uneven)),
         float(np.std(steps[~gap])),
@@ -154,9 +158,9 @@ def stamps(time: np.ndarray) -> Stamps:
 
 UNEVEN_SHARE = 0.02
 MISSING_SHARE = 0.02
-TOO_MANY, TOO_LONG, MOST = 0.1, 0.2, 0.2
-"""Share of the rows that may be missing, and share of the record that one gap may take, for a motion to be followed;
-share of the rows that may be missing where all gaps are short."""
+MOST, WHOLE = 0.2, 0.3
+"""Share of the rows that may be missing where all gaps are short, and else share of the record that the longest stretch
+without a long gap takes at least, for a motion to be followed."""
 LONG = 20
 """Steps below which a gap is short."""
 
@@ -177,8 +181,7 @@ class TimeStamps(FileCheck):
             much = s.missing > MISSING_SHARE * record.n
             share = s.missing / (record.n + s.missing)
             short = s.longest_s <= LONG * s.step_s
-            torn = s.longest_s > TOO_LONG * float(np.ptp(record.time_s)) and not short
-            torn |= share > (MOST if short else TOO_MANY)
+            torn = share > MOST if short else s.whole_s < WHOLE * float(np.ptp(record.time_s))
             size = (exact("longest gap", s.longest_s, "s"),)
             faults.append(Fault(said, ("time_s",), size, much or torn, standing=torn))
         if s.late.size:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from ...datasets.instruments import REVOLUTIONS
+from ...datasets.instruments import REVOLUTIONS, gear_of
 from ...datasets.signals import sensor_sd
 from ...estimation.records.gaps import SHORTEST
 from ...estimation.records.series import MEASURED
@@ -172,6 +172,7 @@ class FreeRuns:
             for span, n in zip(spans, self.counts.max(axis=1), strict=True)
         ])  # fmt: skip
         self.rudders = {u.number: Rudder(u.record) for u in self.units}
+        self._gears = {u.number: gear_of(u.record, bank.model) for u in self.units}
         self._terms: dict[tuple[int, str], np.ndarray] = {}
         self._series: dict[tuple[int, str], np.ndarray] = {}
         self._about: list[Linearisation] = []
@@ -508,7 +509,7 @@ class FreeRuns:
         """Inputs (M + 1, nu) of a lane, with those of the environment where it or the record has some."""
         unit = self.units[lane.unit]
         inputs, nu = unit.stretch.series.inputs.copy(), len(self.model.inputs)
-        linkage: dict[str, float] = {}
+        linkage = dict(self._gears[unit.number])
         moved = [(self.places[n], n, x) for kind in INPUTS for n, x in lane.of(kind).items()]
         for place, name, x in moved:
             if place.record not in (None, unit.number):

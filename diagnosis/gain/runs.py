@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.instruments import RATE_LIMIT
 from ...datasets.signals import sensor_sd
 from ...estimation.records.gaps import clock_of
 from ...estimation.records.naming import named
@@ -134,9 +135,11 @@ def pairs_of(
 
 
 def without_instruments(model: Model, instruments: Collection[str]) -> Model:
-    """The model without some of its instruments, which its records are behind."""
+    """The model without some of its instruments, which its records are behind; without its gear where these limit the
+    rudder's rate."""
     kept = {name: value for name, value in model.instruments.items() if name not in instruments}
-    return replace(model, instruments=kept)
+    gear = replace(model.rudder, rate_rad_s=np.inf) if RATE_LIMIT in model.instruments.keys() - kept else model.rudder
+    return replace(model, instruments=kept, rudder=gear)
 
 
 def _with(model: Model, values: Mapping[str, float]) -> Model:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ...datasets.instruments import corrected
 from ...datasets.signals import sensor_sd
 from ...estimation.records.series import MEASURED
 from ...estimation.records.weather import WIND, flow_of
@@ -17,12 +18,11 @@ from ...estimation.selection.selection import Selection
 from ...models.errors import CannotFit, FitFailed
 from ...models.instruments import combined
 from ...models.model import CHANNELS
-from ..causes.base_coefficients import BaseCoefficients
 from ..free_runs.problem import FreeRuns
 from ..free_runs.units import length_s, units_of, whole_unit
 from ..gain.guard import blind_fall, is_for_trim, misleads, training_fall, worsens
 from ..gain.runs import with_calibrated, with_runs
-from ..report.bank import of_fault
+from ..report.bank import is_of_record, lines, of_fault
 from ..report.verdict import diagnosis_of, of_motion
 from .answer import (
     SEVERAL,
@@ -141,7 +141,8 @@ def _with_apart(
     few, most = errors
     others, own = [r for r in behind.train if r.name not in few], [r for r in behind.train if r.name in few]
     choice, diagnosis = of_all
-    names, explains = "", False
+    of_own: tuple[Finding, ...] = ()
+    explains = False
     with suppress(CannotFit, FitFailed):
         rest, of_rest, _ = _choice_and_diagnosis(model, replace(behind, train=others), held_out, options)
         explains = rest.runs.worst(rest.selection.final) <= SMALL
@@ -149,14 +150,49 @@ def _with_apart(
             return rest, of_rest
         if explains:
             choice, diagnosis = rest, replace(of_rest, apart=tuple(few))
-            of_own = _choice_and_diagnosis(model, replace(behind, train=own), (), options).diagnosis
-            names = ", ".join(name for finding in of_own.causes for name in _titles(finding))
+            of_own = _of_apart(_beyond(of_rest, model, replace(behind, train=own), options), few)
+            diagnosis = _with_findings(diagnosis, of_own)
     each = ", ".join(f"{name} ({of_motion(error)})" for name, error in few.items())
     said = f"the model errs in {each} by far more than in the other records (at most {of_motion(most)})"
     said += ", which are diagnosed without" if explains else ""
-    said += f"; a diagnosis of what errs alone names {names}" if names else ""
-    said += ": loading, depth of water, revolutions or weather may differ there, or the motion goes beyond theirs"
+    said += "" if of_own else ": loading, depth of water, revolutions or weather may differ there"
+    said += "" if of_own else ", or the motion goes beyond theirs"
     return choice, replace(diagnosis, doubts=(*diagnosis.doubts, said))
+
+
+def _of_apart(diagnosis: Diagnosis, few: Collection[str]) -> tuple[Finding, ...]:
+    """What a diagnosis of the records that are apart names, as findings of these; none where it explains them only with
+    all numbers of the model, or not."""
+    if diagnosis.verdict not in ("named", "tied"):
+        return ()
+    own, name = (
+        (f for f in diagnosis.causes if not is_of_record(f) and f.sizes),
+        None if len(few) > 1 else next(iter(few)),
+    )
+    return tuple(
+        replace(f, sizes=tuple(replace(s, record=name) for s in f.sizes), details={**f.details, "records": list(few)})
+        for f in own
+    )
+
+
+def _with_findings(diagnosis: Diagnosis, more: Sequence[Finding]) -> Diagnosis:
+    """The diagnosis with further findings, of single records."""
+    if diagnosis.verdict == "adequate" and more:
+        diagnosis = replace(diagnosis, verdict="named", reason=f"{more[0].cause}: {more[0].evidence}")
+    causes = (*diagnosis.causes, *more)
+    return replace(diagnosis, causes=causes, bank=lines(causes, diagnosis.bank))
+
+
+def _beyond(of_others: Diagnosis, model: Model, own: Prepared, options: Options) -> Diagnosis:
+    """The diagnosis of records beyond what explains others: of the model that a diagnosis of these extends.
+
+    own : behind the instruments of `model`.
+    """
+    known = {*model.instruments, *own.instruments}
+    new = {name: x for name, x in of_others.extended.instruments.items() if name not in known}
+    extended = replace(of_others.extended, instruments=model.instruments)
+    records = replace(own, train=[corrected(r, new) for r in own.train])
+    return _choice_and_diagnosis(extended, records, (), options).diagnosis
 
 
 def without_one(
@@ -187,12 +223,6 @@ def _are_apart(of_all: Choice, rest: Choice, few: Collection[str]) -> bool:
     fitted = minimise(runs, (), rest.selection.final.point.values, runs.no_own)
     most = max(errors_by_record(rest.runs, rest.selection.final).values())
     return any(is_apart(error, most) for error in errors_by_record(runs, fitted).values())
-
-
-def _titles(finding: Finding) -> list[str]:
-    """What a finding is of, in words."""
-    own = "the model's own numbers" if finding.cause == BaseCoefficients.id else finding.cause.replace("_", " ")
-    return finding.details.get("groups", [own])
 
 
 def _choice_and_diagnosis(

@@ -62,6 +62,8 @@ SMALL = 0.05
 FAINT = 0.03
 """The same up to which neither all of the model's own numbers nor one in a regime are looked for where no cause alone
 explains anything: exact models that erred by .007 to .028 had such, models whose numbers were off by 5 % err by .15."""
+LIKE_GEAR = 0.1
+"""Share of the rate of a vessel's own steering gear within which another rate is no other one."""
 LOCAL = 0.1
 """Share of the squared error that a choice with a number in a regime takes off, at least: of an exact model in gusts a
 number above some speed took 2 % off."""
@@ -345,6 +347,8 @@ def _may_be_none(choice: Choice, one: Entered) -> bool:
 def _matters(choice: Choice, one: Entered) -> bool:
     """Whether the size of a candidate is above the least of its cause that matters."""
     cause, runs = causes().get(choice.bank.cause_of(one.candidate)), choice.runs
+    if any(runs.places[n].inverse for n in one.candidate.names if n in runs.places):
+        return not _is_own_gear(choice, one)
     smallest = cause.smallest if isinstance(cause, Cause) and one.candidate.rank == INPUT else None
     if cause is None or smallest is None:
         return True
@@ -358,6 +362,14 @@ def _matters(choice: Choice, one: Entered) -> bool:
         smallest = max(smallest, 0.5 * runs.units[0].stretch.series.dt, runs.units[0].record.dt)
     sizes = np.hypot(*values.reshape(-1, 2).T) if cause.id in FLOWS else np.abs(values)
     return bool(np.max(sizes) > smallest)
+
+
+def _is_own_gear(choice: Choice, one: Entered) -> bool:
+    """Whether a rate limit is the one that the vessel's own gear has, within LIKE_GEAR or its interval."""
+    final, own = choice.selection.final, choice.runs.model.rudder.rate_rad_s
+    halves = half_intervals(choice.runs, final, choice.beside)
+    near = ((final.value(n) * own - 1.0, max(LIKE_GEAR, halves[n] * own)) for n in one.candidate.names)
+    return bool(np.isfinite(own)) and all(abs(off) < most for off, most in near)
 
 
 def _chosen(runs: FreeRuns, options: Options) -> Choice:
@@ -395,21 +407,29 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
 
 
 def _beside_neutral_angle(choice: Choice, rules: Rules) -> Choice:
-    """The choice, or another one beside a neutral rudder angle, where that enters by itself and the other one predicts
-    left-out pieces as well by the count of its numbers: nearly every rudder has one, and it makes many numbers together
-    of the one that is wrong."""
+    """The choice, or another one beside a neutral rudder angle, where that enters by itself, or beside the fault that
+    entered first, and the other one predicts left-out pieces as well by the count of its numbers: nearly every rudder
+    has one, and it makes many numbers together of the one that is wrong."""
     runs, selection, angle = choice.runs, choice.selection, _neutral_angle(choice)
-    if angle is None or _count(selection) < 2 or selection.candidates[0] is angle:
+    if angle is None or _count(selection) < 2 or angle in selection.candidates[:2]:
         return choice
-    fitted = minimise(runs, angle.numbers, {}, runs.no_own)
-    fall = fall_between(runs, selection.base, fitted)
-    if not enters(runs, rules, fitted, fall):
-        return choice
-    rest = select(runs, [c for c in choice.bank.candidates if c.of != OFFSET], rules, fitted, angle.numbers)
-    other = Selection(selection.base, (Entered(angle, fall), *rest.entered), rest.final)
-    between, more = fall_between(runs, selection.final, other.final), _count(other) - _count(selection)
-    needed = more * least_gain(runs, rules)
-    return Choice(runs, other) if between.gain > (needed if more > 0 else min(needed, -between.error)) else choice
+    first = [one for one in selection.entered[:1] if one.candidate.rank == INPUT]
+    for held in ([], first) if first else ([],):
+        before = with_only(runs, selection, held).final if held else selection.base
+        entered = [*held, Entered(angle, fall_between(runs, before, before))]
+        fitted = with_only(runs, replace(selection, final=before), entered).final
+        fall = fall_between(runs, before, fitted)
+        if not enters(runs, rules, fitted, fall):
+            continue
+        always = tuple(n for one in entered for n in one.candidate.numbers)
+        barred = {OFFSET, *(one.candidate.of for one in held)}
+        rest = select(runs, [c for c in choice.bank.candidates if c.of not in barred], rules, fitted, always)
+        other = Selection(selection.base, (*held, Entered(angle, fall), *rest.entered), rest.final)
+        between, more = fall_between(runs, selection.final, other.final), _count(other) - _count(selection)
+        needed = more * least_gain(runs, rules)
+        if between.gain > (needed if more > 0 else min(needed, -between.error)):
+            return Choice(runs, other)
+    return choice
 
 
 def _count(selection: Selection) -> int:

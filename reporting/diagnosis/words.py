@@ -138,8 +138,9 @@ def tie(finding: Finding, sizes: Sequence[str] = (), between: str = "; ") -> str
     of_own = finding.cause == BaseCoefficients.id and groups
     first = f"{other}{in_line(groups)}" if of_own else cause(finding.cause)
     first += f" of {in_line([channel(name)[0] for name in columns])}" if columns else ""
-    first += f" in {in_line(records)}" if (records := finding.details.get("records")) else ""
-    first += f" ({between.join(sizes)})" if sizes else ""
+    where = f" in {in_line(records)}" if (records := finding.details.get("records")) else ""
+    own = [one.removesuffix(where) for one in sizes]
+    first += f"{where} ({between.join(own)})" if own else where
     return f"{'either ' if rivals else ''}{' or '.join([first, *rivals])}"
 
 
@@ -191,13 +192,14 @@ def headline(diagnosis: Diagnosis) -> str:
     return f"{told}{len(named)} {'cause' if len(named) == 1 else 'causes'}{ending}"
 
 
-def _with_size(model: Model, finding: Finding) -> str:
-    """A cause with its first sizes, without their intervals: `rudder offset (-2.51 deg in B)`."""
+def _with_size(model: Model, finding: Finding, interval: bool = False) -> str:
+    """A cause with its first sizes, with their intervals or without: `rudder offset (-2.51 deg in B)`."""
     if finding.cause == BaseCoefficients.id:
-        sizes = [_changed(model, item, interval=False) for item in finding.sizes[:SHOWN]]
+        sizes = [_changed(model, item, interval) for item in finding.sizes[:SHOWN]]
     else:
         few = telling(finding)[:SHOWN]
-        sizes = [f"{_name_in(finding, item)}{value_and_interval(item)[0]}{_where(item)}" for item in few]
+        values = ((item, value_and_interval(item)) for item in few)
+        sizes = [f"{_name_in(finding, i)}{' '.join(v[: 1 + interval])}{_where(i)}" for i, v in values]
     return tie(finding, sizes, ", ")
 
 
@@ -398,11 +400,14 @@ def _alike(diagnosis: Diagnosis) -> str:
 
 
 def _lacking(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
-    """What the simulation lacks; coefficients it has, and they are wrong."""
-    wrong = [f for f in findings if f.cause == BaseCoefficients.id and not f.tied_with]
-    lacked = [f for f in findings if f not in wrong]
+    """What the simulation lacks; coefficients it has, and they are wrong; and what is so in some records alone."""
+    some = [f for f in findings if "records" in f.details]
+    wrong = [f for f in findings if f.cause == BaseCoefficients.id and not f.tied_with and f not in some]
+    lacked = [f for f in findings if f not in wrong and f not in some]
     parts = [f"has wrong {_groups(diagnosis, wrong) or _together(diagnosis, wrong)}"] if wrong else []
     parts += [f"lacks {listed(lacked)}"] if lacked else []
+    alone = [_with_size(diagnosis.model, f, interval=True) for f in some]
+    parts += [f"errs by {in_line(alone)}"] if alone else []
     return f"The simulation {' and '.join(parts)}"
 
 
@@ -533,7 +538,8 @@ def _errors_beside_trim(diagnosis: Diagnosis) -> tuple[float, float] | None:
     """Errors of the heading with own neutral angles and starts, before and after; None where they are not known, or
     where a neutral angle is named that is not each record's own."""
     gain = diagnosis.gain.get("heading_rad")
-    shared = [f for f in diagnosis.causes if not f.sizes or any(size.record is None for size in f.sizes)]
+    of_all = [f for f in diagnosis.causes if "records" not in f.details]
+    shared = [f for f in of_all if not f.sizes or any(size.record is None for size in f.sizes)]
     named = {name for f in shared for name in (f.cause, *f.tied_with)}
     if gain is None or RudderOffset.id in named or not math.isfinite(gain.own_before + gain.own_after):
         return None
