@@ -36,7 +36,7 @@ from ...estimation.selection.selection import (
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes
-from ..free_runs.units import REFERENCE_S
+from ..free_runs.units import NEUTRAL_ANGLE_SD, REFERENCE_S
 from .catalogue import DELAY, FLOWS, FORCE, HULL, INPUT, OFFSET
 from .regimes import PROMISING, in_regime
 
@@ -62,6 +62,8 @@ SMALL = 0.05
 FAINT = 0.03
 """The same up to which neither all of the model's own numbers nor one in a regime are looked for where no cause alone
 explains anything: exact models that erred by .007 to .028 had such, models whose numbers were off by 5 % err by .15."""
+USUAL = 2.0
+"""Standard deviations of neutral rudder angles up to which one is usual."""
 LIKE_GEAR = 0.1
 """Share of the rate of a vessel's own steering gear within which another rate is no other one."""
 LOCAL = 0.1
@@ -398,8 +400,8 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
     local = _with_regime(choice, rules, 0.0 if as_well else PROMISING)
     if as_well if local.local is None else _predicts_as_well(local, whole()):
         alone = _of_own_numbers(choice, whole())
-        more = _beside(choice, base, whole()) if _left_to_explain(runs, alone.selection) else None
-        return alone if more is None else replace(alone, selection=more)
+        more = _beside(choice, base, whole(), MATTERS[0]) if _left_to_explain(runs, alone.selection) else None
+        return alone if more is None else _without_usual_angle(replace(alone, selection=more))
     if not _left_to_explain(local.runs, local.selection):
         return local
     with_numbers = _beside(local, base, whole())
@@ -429,6 +431,17 @@ def _beside_neutral_angle(choice: Choice, rules: Rules) -> Choice:
         needed = more * least_gain(runs, rules)
         if between.gain > (needed if more > 0 else min(needed, -between.error)):
             return Choice(runs, other)
+    return choice
+
+
+def _without_usual_angle(choice: Choice) -> Choice:
+    """The choice without neutral rudder angles as records usually have them: beside numbers of the model that are all
+    free those take up what differs between the sides of the hull."""
+    final = choice.selection.final
+    for one in choice.selection.entered:
+        angles = [abs(final.value(n)) for n in one.candidate.names]
+        if one.candidate.of == OFFSET and max(angles) < USUAL * NEUTRAL_ANGLE_SD:
+            return _without(choice, one)
     return choice
 
 
@@ -472,7 +485,7 @@ def _with_regime(choice: Choice, rules: Rules, promising: float) -> Choice:
     return choice if little else Choice(runs, selection, local=where)
 
 
-def _beside(choice: Choice, base: Fitted, whole: Fitted) -> Selection | None:
+def _beside(choice: Choice, base: Fitted, whole: Fitted, least: float = BESIDE[0]) -> Selection | None:
     """Faults of input and sensors beside all of the model's own numbers, where these predict left-out pieces clearly
     better than the choice, surely than a single cause, or at all where that holds more than few causes.
 
@@ -488,7 +501,7 @@ def _beside(choice: Choice, base: Fitted, whole: Fitted) -> Selection | None:
             now, faults = wider, [*faults, fault]
     inputs = [c for c in bank.candidates if c.rank == INPUT and not has_entered(c, now.candidates)]
     always = (*bank.own, *(n for one in faults for n in one.candidate.numbers))
-    more = select(runs, inputs, Rules(*BESIDE, most=3), now.final, always)
+    more = select(runs, inputs, Rules(least, BESIDE[1], most=3), now.final, always)
     selection = Selection(whole, (*faults, *more.entered), more.final)
     count = len(choice.selection.entered)
     errors = quantile(runs, CLEAR) if count == 1 else 1.0
