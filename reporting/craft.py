@@ -18,6 +18,7 @@ from ..diagnosis.craft.result import (
     by_thrust,
 )
 from ..diagnosis.craft.sensors import CORRECTED
+from ..estimation.selection.score import share_of_errors
 from ..estimation.validation.horizons import TRUSTED
 from ..estimation.validation.validate import label
 from .diagnosis.words import cause, listed
@@ -125,7 +126,8 @@ def _steers(diagnosis: CraftDiagnosis) -> str:
     worse = sorted((law for law in others if law.gain < min(chosen.gain - law.error, -0.01)), key=lambda law: law.gain)
     equal = [law for law in others if law not in worse]
     if worse:
-        told += f'. With "{worse[0].title}" the errors are {_percent(-worse[0].gain)} larger'
+        rise = -100.0 * share_of_errors(worse[0].gain, worse[0].error)[0]
+        told += f'. With "{worse[0].title}" the errors are {rise:.0f} % larger'
     if equal:
         others_said = " or ".join(f'"{law.title}"' for law in equal)
         told += f". The records cannot tell it from {others_said}"
@@ -141,7 +143,7 @@ def _lacks(diagnosis: CraftDiagnosis) -> list[str]:
     told = [f"A model of {first.numbers} numbers{alone} has R² {shares} in windows of {number(diagnosis.window_s)} s."]
     if diagnosis.verdict == FOLLOWS:
         return told
-    lacking = [f"{s.title} ({_percent(s.gain)} ± {_percent(s.error)})" for s in diagnosis.steps[1:] if s.gain > 0.0]
+    lacking = [f"{s.title} ({_fall(s.gain, s.error)})" for s in diagnosis.steps[1:] if s.gain > 0.0]
     lacks = "Craft and controller together have beside it" if diagnosis.doubts else "It lacks"
     shares = "with the fall of errors that each brings"
     return [*told, f"{lacks}, {shares}: {'; '.join(lacking)}."] if lacking else told
@@ -165,7 +167,7 @@ def _steering_unit(diagnosis: CraftDiagnosis) -> tuple[str, float]:
 def _remaining(diagnosis: CraftDiagnosis) -> list[str]:
     """What nearly entered: what remains looks like that."""
     near = sorted((r for r in diagnosis.refused if r[1] > max(r[2], 0.01)), key=lambda r: -r[1])[:2]
-    said = " or ".join(f"{name.replace('_', ' ')} ({_percent(gain)} ± {_percent(error)})" for name, gain, error in near)
+    said = " or ".join(f"{name.replace('_', ' ')} ({_fall(gain, error)})" for name, gain, error in near)
     return [f"What remains looks most like {said}, which the records do not show beyond doubt."] if near else []
 
 
@@ -192,16 +194,17 @@ def _heading(diagnosis: CraftDiagnosis) -> str:
     return f"The heading {' and '.join(told)}, since each run has a neutral angle of its own.{inside}"
 
 
-def _percent(logarithm: float) -> str:
-    """A fall or rise of the logarithm of errors."""
-    return f"{100.0 * logarithm:.0f} %"
+def _fall(gain: float, error: float) -> str:
+    """The share by which errors fall with a fall of their logarithm, and its standard error."""
+    return " ± ".join(f"{100.0 * share:.0f} %" for share in share_of_errors(gain, error))
 
 
 R2_COLUMNS = (numeric("R² yaw rate", "r2_yaw_rate", r_squared), numeric("R² heading", "r2_heading", r_squared))
 
 
 def _against_best(law: LawTold) -> str:
-    return f"{-100.0 * law.gain:+.0f} % ± {100.0 * law.error:.0f} %"
+    fall, error = share_of_errors(law.gain, law.error)
+    return f"{-100.0 * fall:+.0f} % ± {100.0 * error:.0f} %"
 
 
 def laws_table(diagnosis: CraftDiagnosis) -> Table:
@@ -217,7 +220,7 @@ def laws_table(diagnosis: CraftDiagnosis) -> Table:
 
 
 def _fall_of(step: Rise) -> str:
-    return f"{_percent(step.gain)} ± {_percent(step.error)}" if step.error else ""
+    return _fall(step.gain, step.error) if step.error else ""
 
 
 STEPS = (

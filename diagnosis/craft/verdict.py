@@ -23,6 +23,7 @@ import numpy as np
 
 from ...checks.tails import student_quantile
 from ...estimation.records.naming import named
+from ...estimation.selection.score import share_of_errors
 from ...estimation.validation.horizons import better_at
 from ...estimation.validation.validate import label, validate
 from ...models.errors import BadInput
@@ -114,7 +115,7 @@ def _without_steering(acts: Steering, motion: float, said: str) -> tuple[str, st
             INCONCLUSIVE,
             f"the smooth yaw motion is {motion:.2g} times what noise and waves make: no manoeuvre shows",
         )
-    smaller = f"{_percent(acts.gain)} ± {_percent(acts.error)} smaller"
+    smaller = " ± ".join(map(_percent, share_of_errors(acts.gain, acts.error))) + " smaller"
     told = f"with it errors are {smaller} than of a craft that it does not turn; {said}"
     if acts.gain > SHOWN * acts.error:
         return UNEXPLAINED, f"that the recorded rudder or command turns the craft is not beyond doubt: {told}"

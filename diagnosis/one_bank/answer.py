@@ -12,6 +12,7 @@ import numpy as np
 from ...checks.base import SensorError
 from ...checks.result import Size
 from ...checks.tails import chi2_tail, half_of_mean, student_tail
+from ...estimation.selection.score import share_of_errors
 from ...estimation.selection.selection import independent
 from ...models.coefficient_groups import grown, stated_groups, with_values
 from ...models.extend import extended
@@ -138,8 +139,7 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
 def _fall_of_errors(choice: Choice, one: Entered) -> str:
     """By how much errors fall, as its score is the sum of their logarithms over channels."""
     channels = choice.runs.counts.shape[1]
-    left = float(np.exp(-one.fall.gain / channels))
-    fall, error = 100.0 * (1.0 - left), 100.0 * left * one.fall.error / channels
+    fall, error = (100.0 * x for x in share_of_errors(one.fall.gain / channels, one.fall.error / channels))
     return (
         f"with it the errors of left-out pieces fall by {fall:.0f} % (standard error {error:.1f} %, mean over "
         f"{channels} channels of {len(choice.runs.units)} pieces)"

@@ -23,6 +23,12 @@ class Fall(NamedTuple):
     error: float
 
 
+def share_of_errors(gain: float, error: float) -> tuple[float, float]:
+    """Share by which errors fall with a fall of their logarithm, negative where they rise, and its standard error."""
+    left = float(np.exp(-gain))
+    return 1.0 - left, left * error
+
+
 def score(squares: np.ndarray) -> np.ndarray:
     """Score (...) of squares (..., K, C), eq. 8 of docs/mathematics/pieces.md."""
     return 0.5 * np.log(np.maximum(squares.sum(axis=-2), TINY)).sum(axis=-1)

@@ -185,11 +185,18 @@ def headline(diagnosis: Diagnosis) -> str:
     ending = _ending(diagnosis) if of_model else "; otherwise the simulation agrees with the records."
     for count in range(len(named), 0, -1):
         more = [f"{len(named) - count} more"] if count < len(named) else []
-        for name_of in (partial(_with_size, diagnosis.model), tie):
+        for name_of in (partial(_with_size, diagnosis.model), tie, _first_of_tie):
             line = f"{told}{in_line([*map(name_of, named[:count]), *more])}{ending}"
             if len(line.split()) <= LONGEST:
                 return line
     return f"{told}{len(named)} {'cause' if len(named) == 1 else 'causes'}{ending}"
+
+
+def _first_of_tie(finding: Finding) -> str:
+    """A cause, or groups of the model's own numbers, and how many others would do as well."""
+    count = len(finding.tied_with) + len(_groups_as_good(finding))
+    first = in_line(_wrong_groups([finding])) or cause(finding.cause)
+    return f"{first} or {count} other{'s' if count > 1 else ''}" if count else first
 
 
 def _with_size(model: Model, finding: Finding, interval: bool = False) -> str:

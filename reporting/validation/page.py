@@ -217,7 +217,8 @@ def _trusted(validation: Validation, name: str, time_s: float) -> str:
         longest = ", the longest time that was tried" if time_s >= max(validation.horizons_s, default=math.inf) else ""
         return f"trust it for {time_s:.3g} s{longest}: up to then its predictions are"
     better = better_at(validation.scores, validation.simple, name)
-    when = f"only later than {min(better):.3g} s ahead" if any(better.values()) else "at no time ahead"
+    first = next((time for time, is_better in better.items() if is_better), None)
+    when = "at no time ahead" if first is None else f"only from {first:.3g} s ahead on"
     return f"{when} are its predictions"
 
 
