@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..datasets.columns import HEADING, RUDDERS, TURN
+from ..datasets.columns import HEADING, RUDDERS, TURN, VELOCITIES
+from ..datasets.geometry import velocity_over_ground
 from ..datasets.yaw_response import FEWEST, steering_side
 from .base import Check, ColumnCheck, Fault, cleaned, exact, scaled, without
 from .integrity.readings import (
@@ -30,6 +31,10 @@ if TYPE_CHECKING:
 
 RATES = ("yaw_rate_rad_s", "roll_rate_rad_s")
 STEERED = ("heading_rad", "rudder_rad")
+WIND = ("wind_speed_m_s", "wind_direction_rad")
+TURNS_FAR, UNSTEADY = 0.5, 1.0
+"""Range of headings, rad, from which a wind told from the bow differs from a true one; and deviation of a wind from its
+mean, as a share, from which it has none."""
 UNEXPLAINED = 0.3
 """Share of the heading's changes that the yaw-rate column must leave unexplained, and a column in its place may not."""
 OTHER = 3.0
@@ -39,8 +44,8 @@ do not go together: a late or biased yaw rate gives less of them, by its correla
 
 class ChannelSwap(ColumnCheck):
     """Two columns exchanged or mislabelled: yaw rate and roll rate against the heading, heading and yaw rate, rudder
-    and heading against the yaw rate, two velocities or two positions against each other; or a yaw rate that is none,
-    as the heading shows which the track confirms."""
+    and heading against the yaw rate, two velocities or two positions against each other; a yaw rate that is none, as
+    the heading shows which the track confirms; a course in the place of the heading; or a wind told from the bow."""
 
     id, rank = "channel_swap", 55
     separate_by = "the logger's list of channels"
@@ -49,7 +54,8 @@ class ChannelSwap(ColumnCheck):
         faults: list[Fault] = []
         for look in (_rates_exchanged, _turn_exchanged, _rudder_exchanged, _no_yaw_rate):
             faults += look(cleaned(record, faults))
-        return faults + reread(cleaned(record, faults), self.id)
+        faults += reread(cleaned(record, faults), self.id)
+        return faults + _wind_from_the_bow(cleaned(record, faults))
 
 
 def _exchange(record: Record, columns: tuple[str, str], evidence: str, statistic: float, switch: bool = False) -> Fault:
@@ -116,6 +122,37 @@ def _no_yaw_rate(record: Record) -> list[Fault]:
         f"({course.correlation:.2g})"
     )
     return [Fault(said, TURN[1:], columns=without(record, TURN[1], True), statistic=LEAST**-2)]
+
+
+def _wind_from_the_bow(record: Record) -> list[Fault]:
+    """A wind whose direction is relative to the bow, true or apparent: with the heading added, and for an apparent one
+    the ship's velocity taken off, it is far steadier than the column says, while the ship turns."""
+    if not record.has(*WIND, HEADING):
+        return []
+    speed, direction, heading = *map(record.column, WIND), record.heading_unwrapped()
+    known = np.isfinite(speed) & np.isfinite(direction) & np.isfinite(heading)
+    if known.sum() < FEWEST or np.ptp(heading[known]) < TURNS_FAR:
+        return []
+    from_bow = speed * np.exp(1j * (direction + heading))
+    readings = {"the direction counts from the bow": from_bow}
+    if record.has(*VELOCITIES):
+        readings["the wind is apparent, from the bow"] = from_bow - np.nan_to_num(velocity_over_ground(record))
+    present, errors = _unsteady(speed * np.exp(1j * direction)), {how: _unsteady(x) for how, x in readings.items()}
+    how = min(errors, key=lambda one: errors[one])
+    if not errors[how] < BETTER * min(present, UNSTEADY):
+        return []
+    wind = readings[how]
+    said = (
+        f"the recorded wind varies by {100.0 * present:.0f} % of its speed; by {100.0 * errors[how]:.0f} % where {how}"
+    )
+    columns = {WIND[0]: np.abs(wind), WIND[1]: np.angle(wind)}
+    return [Fault(said, WIND, columns=columns, statistic=float((present / max(errors[how], 1e-3)) ** 2))]
+
+
+def _unsteady(wind: np.ndarray) -> float:
+    """Root mean square deviation of a wind (N,) north + i east from its mean, as a share of its root mean square."""
+    known = wind[np.isfinite(wind)]
+    return float(np.std(known) / max(np.sqrt(np.mean(np.abs(known) ** 2)), 1e-12))
 
 
 class EarthFrameVelocity(ColumnCheck):

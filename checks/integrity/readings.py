@@ -92,6 +92,15 @@ def in_degrees(record: Record) -> Record:
     return record if few else record.with_channels(heading_rad=np.rad2deg(continuous(heading)))
 
 
+def less_drift(record: Record) -> Record:
+    """The heading of a column that holds the course over ground, where the yaw rate goes better with it than with the
+    column; an antenna at the point about which the ship turns shows such a course, too, beside a right heading."""
+    heading = record.heading_unwrapped() - np.arctan2(record.column("sway_m_s"), record.column("surge_m_s"))
+    read = record.with_channels(heading_rad=heading)
+    told = record.has("yaw_rate_rad_s") and rate_error(read, TURN[1]) < BETTER * rate_error(record, TURN[1])
+    return read if told else record
+
+
 class Reading(NamedTuple):
     """Another reading of heading, velocities and positions: the check (id) that names it, its columns, the record read
     so, how in words, and the instruments of a model that shows them as they are."""
@@ -118,6 +127,7 @@ READINGS = (
     ),
     Reading("heading_zero", (HEADING,), about_track, "with the heading turned by 180 deg", {"heading_bias": np.pi}),
     Reading("wrong_unit", TURN, in_degrees, "with heading_rad in another unit: radians were taken for degrees"),
+    Reading("channel_swap", (HEADING,), less_drift, "with heading_rad as the course over ground, less the drift angle"),
     *(
         Reading("channel_swap", pair, exchanged(*pair), "with the columns exchanged", {swap_of(pair): 1.0})
         for pair in (VELOCITIES, POSITIONS)

@@ -204,8 +204,8 @@ def ratio_of(old: np.ndarray, new: np.ndarray, rng: np.random.Generator) -> tupl
     return float(whole), float(low), float(high)
 
 
-def own_effects(stretch: Stretch) -> list[float]:
-    """A neutral rudder angle, rad, and changes of the start of the stretch's own, fitted to it under their priors.
+def own_effects(stretch: Stretch) -> tuple[float, np.ndarray]:
+    """A neutral rudder angle, rad, and a start (n,) of the stretch's own, fitted to it under their priors.
 
     Raises
     ------
@@ -214,19 +214,21 @@ def own_effects(stretch: Stretch) -> list[float]:
     length_s = time_scale_s(stretch.model)
     unit = whole_unit(stretch.model, stretch.record, length_s, stretch.begin_s)
     runs = FreeRuns(of_numbers(stretch.model), [unit], length_s, whole=True)
-    return minimise(runs, (), {}, runs.no_own).point.own[0].tolist()
+    angle, *changes = minimise(runs, (), {}, runs.no_own).point.own[0].tolist()
+    start = unit.start.copy()
+    for change, symbol in zip(changes, started_states(stretch.model), strict=True):
+        start[stretch.model.states.index(symbol)] += change
+    return angle, start
 
 
 def own_run(stretch: Stretch) -> FreeRun:
     """The free run with the stretch's own neutral rudder angle and start; the plain one where there are none."""
     try:
-        angle, *effects = own_effects(stretch)
+        angle, start = own_effects(stretch)
     except CannotFit:
         return stretch.free_run()
-    inputs, start = stretch.series.inputs.copy(), stretch.state_at(0)
+    inputs = stretch.series.inputs.copy()
     inputs[:, 0] += angle
-    for value, symbol in zip(effects, started_states(stretch.model), strict=True):
-        start[stretch.model.states.index(symbol)] += value
     return stretch.run(start, inputs)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
+from ...checks.columns import ChannelSwap
 from ...checks.result import Size
 from ...datasets.columns import CANONICAL
 from ...datasets.display import IN_DEGREES, shown_name, shown_unit
@@ -133,6 +134,7 @@ def tie(finding: Finding, sizes: Sequence[str] = (), between: str = "; ") -> str
     """The cause with the columns that it is of, or the groups of the model's own numbers, the few records that have
     it, with its sizes, and with causes that the records cannot distinguish from it."""
     groups, columns = _wrong_groups([finding]), finding.details.get("columns", ())
+    columns = columns or (finding.details.get("channels", ()) if finding.cause == ChannelSwap.id else ())
     rivals = [*map(cause, finding.tied_with), *_groups_as_good(finding)]
     other = "other values of " if finding.tied_with else ""
     of_own = finding.cause == BaseCoefficients.id and groups
