@@ -29,10 +29,10 @@ def with_checks(diagnosis: Diagnosis, checks: tuple[CheckFinding, ...], records:
     if lost is not None and not beyond and diagnosis.verdict in ("named", "tied", "described"):
         diagnosis = replace(diagnosis, verdict="unexplained", reason=lost)
     for name in dict.fromkeys(f.cause for f in checks if check_of(f.cause).is_cause and f.blanked):
-        diagnosis = _named(diagnosis, of_left_out_samples(name, checks, records))
+        diagnosis = named_first(diagnosis, of_left_out_samples(name, checks, records))
     known = {f.cause for f in diagnosis.causes}
     for name in dict.fromkeys(f.cause for f in checks if f.corrected and not f.blanked and f.cause not in known):
-        diagnosis = _named(diagnosis, of_columns(name, checks, records))
+        diagnosis = named_first(diagnosis, of_columns(name, checks, records))
     diagnosis, standing = _refuted(diagnosis, [f for f in checks if f.standing])
     if standing:
         first = f"{', '.join(standing[0].records)}: {standing[0].evidence}"
@@ -72,7 +72,7 @@ def _refuted(diagnosis: Diagnosis, standing: Sequence[CheckFinding]) -> tuple[Di
     ]
 
 
-def _named(diagnosis: Diagnosis, finding: Finding) -> Diagnosis:
+def named_first(diagnosis: Diagnosis, finding: Finding) -> Diagnosis:
     """The diagnosis with one cause more, first of all."""
     causes = (finding, *(f for f in diagnosis.causes if f.cause != finding.cause))
     if diagnosis.verdict == "adequate":

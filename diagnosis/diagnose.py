@@ -13,7 +13,8 @@ from ..datasets.instruments import corrected, gear_of
 from ..estimation.results.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.model import CHANNELS
-from .checked import with_checks
+from ..models.parameter_checks import side_of
+from .checked import named_first, with_checks
 from .gain.guard import worsens
 from .innovations.diagnose import by_innovations
 from .one_bank.diagnose import by_pieces, without_one
@@ -21,7 +22,7 @@ from .one_bank.force_answer import INSTEAD
 from .one_bank.remaining import with_remaining
 from .options import Options
 from .prepared import Prepared, ready_records, require_room
-from .report.bank import BY_CHANNELS, without_causes
+from .report.bank import BY_CHANNELS, of_model_side, without_causes
 from .result import Diagnosis
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ def _diagnosed(
 ) -> Diagnosis:
     started = time.perf_counter(), time.process_time()
     watch(CHECKS)
+    stated, model = model, turned_to_its_side(model)
     records, aside = ready_records(model, train, held_out, options)
     require_room(model, records)
     if options.base_parameters == "identify":
@@ -89,11 +91,21 @@ def _diagnosed(
         said = "records were not left out in turn"
         diagnosis = nearly or _as_far_as_possible(leave_out, diagnosis, said)
     diagnosis = with_checks(diagnosis, records.checked, (*records.train, *records.held_out))
+    if stated.positive_rudder != model.positive_rudder:
+        diagnosis = named_first(diagnosis, of_model_side(model))
+        verdict = "partly_named" if diagnosis.verdict == "unexplained" else diagnosis.verdict
+        diagnosis = replace(diagnosis, verdict=verdict)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
     names, doubts = {r.name for r in records.train}, (*aside, *diagnosis.doubts)
     evaluation = tuple(held or records.put_back([r for r in train if r.name in names]))
     return replace(diagnosis, records=tuple(roles), doubts=doubts, evaluation=evaluation, wall_s=wall_s, cpu_s=cpu_s)
+
+
+def turned_to_its_side(model: Model) -> Model:
+    """The model with the side to which a positive rudder angle turns it, where it states the other one."""
+    side = side_of(model) if model.known else None
+    return model if side in (None, model.positive_rudder) else replace(model, positive_rudder=side)
 
 
 def through_the_water(options: Options, records: Prepared) -> Options:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 SCHEMA = 3
 VERDICTS = ("inconclusive", "unexplained", "described", "partly_named", "tied", "named", "adequate")
 """In the order of precedence."""
+BESIDE = "beside"
+"""Detail of a finding of few numbers that is one beside all numbers of the model, which are uncertain."""
 CHANGE = "change: "
 """Begin of the name of a number that changes in a regime, before the number and the regime in words."""
 

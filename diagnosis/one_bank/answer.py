@@ -26,7 +26,7 @@ from ..causes.registry import causes
 from ..causes.surroundings import PairCause, WaveDrift, Wind
 from ..report.bank import BY_CHANNELS, BY_FREE_RUNS, lines, of_channels
 from ..report.verdict import NAMED, PARTLY, of_motion
-from ..result import CHANGE, Entry, Finding
+from ..result import BESIDE, CHANGE, Entry, Finding
 from .catalogue import FAULT, FLOWS, SIDES, every_term, flow_name
 from .search import LARGE, SMALL, half_intervals, main_number
 
@@ -75,7 +75,8 @@ def _all_numbers(choice: Choice) -> Finding:
     one = _finding(replace(choice, selection=alone, few=None), BaseCoefficients.id, alone.entered)
     titles = ", ".join(one.details["groups"])
     part = f"takes {100.0 * share:.0f} % of what" if share < 1.0 else "takes no less than"
-    return replace(one, evidence=f"{said}; {titles} alone {part} they take off the squared error")
+    said += f"; {titles} alone {part} they take off the squared error"
+    return replace(one, details={**one.details, BESIDE: "all of the model's own numbers"}, evidence=said)
 
 
 def doubts_of(choice: Choice) -> Iterator[str]:

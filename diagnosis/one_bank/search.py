@@ -154,7 +154,19 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
         if (share := _taken(runs, before, fitted) / whole) > needed:
             one = Entered(candidate, fall_between(runs, before, fitted))
             most.append((Selection(before, (one,), fitted), share))
-    return min(most, key=_order) if most else None
+    return _first_of(most) if most else None
+
+
+def _first_of(most: Sequence[tuple[Selection, float]]) -> tuple[Selection, float]:
+    """The one of fewest numbers, or the group that leaves less than HALF of what this leaves; with others of no more
+    numbers, of other groups, that leave less than twice as much, as its rivals."""
+    first = min(most, key=_order)
+    groups = [one for one in most if _order(one) > _order(first) and 1.0 - one[1] < HALF * (1.0 - first[1])]
+    selection, share = max(groups, key=lambda one: one[1], default=first)
+    (own,) = selection.entered
+    near = [s.entered[0].candidate for s, x in most if HALF * (1.0 - x) < 1.0 - share]
+    rivals = {c.of: c for c in near if c.of != own.candidate.of and len(c.numbers) <= len(own.candidate.numbers)}
+    return replace(selection, entered=(replace(own, tied_with=tuple(rivals.values())),)), share
 
 
 def _is_gross(choice: Choice) -> bool:

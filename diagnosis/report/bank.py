@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...checks.base import SENSED
+from ...checks.columns import RudderSign
 from ...checks.registry import check_of
 from ...checks.result import NORMAL_90, Size
 from ...checks.tails import adjusted, log_tail
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from ...checks.base import Fault
     from ...checks.result import CheckFinding
     from ...datasets.record import Record
+    from ...models.model import Model
     from ..result import Diagnosis
 
 BY_CHANNELS, BY_RESIDUALS = "kinematics", "dynamics"
@@ -38,6 +40,15 @@ def of_fault(cause: str, fault: Fault, records: Sequence[str] = ()) -> Finding:
     p = adjusted(log_tail(fault.statistic, 1), 1.0)
     details = {"channels": list(fault.channels)} | ({"records": list(records)} if records else {})
     return Finding(cause, (), BY_CHANNELS, fault.statistic, p, (), details=details, evidence=fault.evidence)
+
+
+def of_model_side(model: Model) -> Finding:
+    """That a base model states the other side than that to which a positive rudder angle turns it, as this one does."""
+    said = (
+        f"the base model's numbers turn it to {model.positive_rudder} with a positive rudder angle, and it states the "
+        f"other side: it was run with positive_rudder: {model.positive_rudder}"
+    )
+    return Finding(RudderSign.id, (), BY_FREE_RUNS, None, None, (), details={"of": "base model"}, evidence=said)
 
 
 def of_left_out_samples(name: str, checks: Sequence[CheckFinding], records: Sequence[Record]) -> Finding:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ...checks.columns import ChannelSwap
+from ...checks.columns import ChannelSwap, RudderSign
 from ...checks.result import Size
 from ...datasets.columns import CANONICAL
 from ...datasets.display import IN_DEGREES, shown_name, shown_unit
@@ -17,7 +17,7 @@ from ...diagnosis.causes.steering_gear import RudderOffset
 from ...diagnosis.causes.surroundings import Current
 from ...diagnosis.gain.guard import WORSE
 from ...diagnosis.report.bank import BY_CHANNELS, is_of_record
-from ...diagnosis.result import CHANGE
+from ...diagnosis.result import BESIDE, CHANGE
 from ...estimation.validation.validate import label
 from ..numbers import DEG, interval_digits, number, p_value, percent, with_unit
 from ..validation.page import share_explained
@@ -48,6 +48,8 @@ MOVED = 5
 """Numbers of a joint fit that are told with their changes."""
 SHOWN = 3
 """Sizes of a cause that are told in a sentence."""
+AGREES = 0.95
+"""R² of heading and yaw rate of held-out records from which a simulation agrees with records."""
 NEXT_TO_NOTHING = 0.02
 """Share of the largest size of all records up to which that of another record is not told in a sentence."""
 USEFUL = 0.5
@@ -143,7 +145,8 @@ def tie(finding: Finding, sizes: Sequence[str] = (), between: str = "; ") -> str
     where = f" in {in_line(records)}" if (records := finding.details.get("records")) else ""
     own = [one.removesuffix(where) for one in sizes]
     first += f"{where} ({between.join(own)})" if own else where
-    return f"{'either ' if rivals else ''}{' or '.join([first, *rivals])}"
+    mostly = "mostly " if BESIDE in finding.details else ""
+    return f"{mostly}{'either ' if rivals else ''}{' or '.join([first, *rivals])}"
 
 
 def _groups_as_good(finding: Finding) -> list[str]:
@@ -184,7 +187,7 @@ def headline(diagnosis: Diagnosis) -> str:
     columns = [f for f in of_records if f.details.get("columns")]
     rest = [*of_model, *(f for f in of_records if f not in columns)]
     named = [*columns, *sorted(rest, key=lambda f: bool(f.tied_with))]
-    ending = _ending(diagnosis) if of_model else "; otherwise the simulation agrees with the records."
+    ending = _ending(diagnosis) if of_model else _otherwise(diagnosis)
     for count in range(len(named), 0, -1):
         more = [f"{len(named) - count} more"] if count < len(named) else []
         for name_of in (partial(_with_size, diagnosis.model), tie, _first_of_tie):
@@ -192,6 +195,13 @@ def headline(diagnosis: Diagnosis) -> str:
             if len(line.split()) <= LONGEST:
                 return line
     return f"{told}{len(named)} {'cause' if len(named) == 1 else 'causes'}{ending}"
+
+
+def _otherwise(diagnosis: Diagnosis) -> str:
+    """That the simulation agrees with the records where they are right; or by how much it errs along held-out ones."""
+    if all(diagnosis.gain[name].r2_after >= AGREES for name in HEADLINED[:2] if name in diagnosis.gain):
+        return "; otherwise the simulation agrees with the records."
+    return f"; no cause is told of what remains{_held_out(diagnosis)}."
 
 
 def _first_of_tie(finding: Finding) -> str:
@@ -413,7 +423,10 @@ def _lacking(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
     some = [f for f in findings if "records" in f.details]
     wrong = [f for f in findings if f.cause == BaseCoefficients.id and not f.tied_with and f not in some]
     lacked = [f for f in findings if f not in wrong and f not in some]
-    parts = [f"has wrong {_groups(diagnosis, wrong) or _together(diagnosis, wrong)}"] if wrong else []
+    side = [f for f in lacked if f.cause == RudderSign.id]
+    lacked = [f for f in lacked if f not in side]
+    parts = ["turned its rudder to the wrong side, which was corrected"] if side else []
+    parts += [f"has wrong {_groups(diagnosis, wrong) or _together(diagnosis, wrong)}"] if wrong else []
     parts += [f"lacks {listed(lacked)}"] if lacked else []
     alone = [_with_size(diagnosis.model, f, interval=True) for f in some]
     parts += [f"errs by {in_line(alone)}"] if alone else []
@@ -427,7 +440,8 @@ def _groups(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
     groups = in_line(_wrong_groups(findings)) or "numbers of its own"
     alike = [n for f in findings for n in (*f.details.get("numbers that would do as well", ()), *_groups_as_good(f))]
     others = f"; {in_line(alike)} would do as well" if alike else ""
-    return f"{groups} ({', '.join(numbers)}{others})" if numbers else ""
+    together = "numbers, most of all " if any(BESIDE in f.details for f in findings) else ""
+    return f"{together}{groups} ({', '.join(numbers)}{others})" if numbers else ""
 
 
 def _together(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
