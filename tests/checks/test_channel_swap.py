@@ -1,9 +1,12 @@
 """Two columns under each other's names, with gaps in one of them."""
 
 import numpy as np
+import pytest
 
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.checks.check import check, examine
 from helmbench.datasets.generator import Case, generate
+from helmbench.datasets.geometry import velocity_over_ground
 
 
 def test_an_exchange_leaves_no_samples_out(seed):
@@ -31,3 +34,46 @@ def test_a_late_or_biased_yaw_rate_is_one(seed):
     for other in (rate + 0.02, 0.2 * rate, -rate, np.roll(rate, step)):
         found = check([record.with_channels(yaw_rate_rad_s=other)]).findings
         assert not any("another quantity" in f.evidence for f in found)
+
+
+def test_a_course_in_the_place_of_the_heading_is_told_and_the_heading_is_that_less_the_drift(rng):
+    record = inject(FaultCase("kvlcc2-l7", ()), rng).train[0]
+    true = record.heading_unwrapped()
+    course = true + np.arctan2(record.column("sway_m_s"), record.column("surge_m_s"))
+    done = examine([record.with_channels(heading_rad=course)])
+    (found,) = (f for f in done.findings if f.cause == "channel_swap")
+    assert found.channels == ("heading_rad",) and "course over ground" in found.evidence
+    assert np.nanmax(np.abs(done.records[0].heading_unwrapped() - true)) < 1e-9
+
+
+def test_an_antenna_at_the_point_of_turning_leaves_the_heading_as_it_is(rng):
+    """Its track, too, has the direction of the heading; the yaw rate goes with that."""
+    record = inject(FaultCase("kvlcc2-l7", ()), rng).train[0]
+    psi, ahead = record.heading_unwrapped(), 2.5
+    moved = record.with_channels(
+        north_m=record.column("north_m") + ahead * np.cos(psi), east_m=record.column("east_m") + ahead * np.sin(psi)
+    )
+    assert not any(f.cause == "channel_swap" for f in examine([moved]).findings)
+
+
+@pytest.mark.parametrize("apparent", [False, True])
+def test_a_wind_told_from_the_bow_is_told_and_turned(rng, apparent):
+    record = inject(FaultCase("mariner", ()), rng).train[0]
+    gusts = np.exp(0.05 * rng.normal(size=record.n))
+    true, ship = 8.0 * gusts * np.exp(2.0j), velocity_over_ground(record)
+    seen = (true + ship if apparent else true) * np.exp(-1j * record.heading_unwrapped())
+    wind = {"wind_speed_m_s": np.abs(seen), "wind_direction_rad": np.angle(seen)}
+    done = examine([record.with_channels(**wind)])
+    (found,) = (f for f in done.findings if f.cause == "channel_swap")
+    assert found.channels == tuple(wind) and ("apparent" in found.evidence) == apparent
+    direction = np.nanmedian(np.unwrap(done.records[0].column("wind_direction_rad")))
+    assert direction == pytest.approx(2.0, abs=0.05)
+
+
+def test_a_true_wind_stays_as_it_is(rng):
+    record = inject(FaultCase("mariner", ()), rng).train[0]
+    wind = {
+        "wind_speed_m_s": 8.0 * np.exp(0.2 * rng.normal(size=record.n)),
+        "wind_direction_rad": np.full(record.n, 2.0),
+    }
+    assert not any(f.cause == "channel_swap" for f in examine([record.with_channels(**wind)]).findings)

@@ -83,3 +83,10 @@ def test_a_wrong_model_is_not_excused_by_the_records_own_start(ship, record):
     wrong = ship.with_coefficients(ship.coefficients * np.where(np.array(ship.coordinates) == "Nd", 0.8, 1.0))
     blind, own = (errors_of(run_along(wrong, record, by=by))["yaw_rate_rad_s"] for by in (Stretch.free_run, own_run))
     assert own > 0.7 * blind > 5.0 * errors_of(run_along(ship, record))["yaw_rate_rad_s"]
+
+
+def test_an_own_start_is_that_of_the_fit_also_where_records_are_sampled_finely(ship, seed):
+    """A fit sees fewer samples, whose smoothed start differs."""
+    fine = generate(Case("mariner", "zigzag:20/20", "high", seed=seed, duration_s=500.0, dt_s=0.25))
+    blind, own = (errors_of(run_along(ship, fine, by=by))["heading_rad"] for by in (Stretch.free_run, own_run))
+    assert own < 0.9 * blind

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import FaultCase, inject
+from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.datasets.generator import Case as Manoeuvre
 from helmbench.datasets.generator import generate
 from helmbench.datasets.instruments import behind_play, felt_rudder, quietened, rudder_noise
@@ -27,9 +27,10 @@ from helmbench.models.errors import CannotFit
 from helmbench.models.extend import extended
 from helmbench.models.families.extensions import extension_of
 from helmbench.models.instruments import INSTRUMENTS
-from helmbench.models.model import resolve
+from helmbench.models.model import RudderGear, resolve
 from helmbench.models.regimes import regime
 from helmbench.models.simulate import simulate
+from helmbench.reporting.diagnosis import words
 
 from ...nightly_marks import nightly_but
 
@@ -69,12 +70,50 @@ def test_a_slow_gear_behind_commands_is_named_with_its_rate(ship):
     assert np.array_equal(found.extended.coefficients, model.coefficients)
 
 
-def test_nothing_is_named_where_the_gear_is_known(ship):
+@pytest.mark.parametrize(
+    "known", [{"instruments": {"rudder_rate_limit": RATE}}, {"rudder": RudderGear(rate_rad_s=RATE)}]
+)
+def test_nothing_is_named_where_the_gear_is_known(ship, known):
     model, records = ship
-    exact = replace(model, instruments={"rudder_rate_limit": RATE})
+    exact = replace(model, **known)
     found = diagnose(exact, records[:1], records[1:], Options())
     assert not found.causes and found.verdict == "adequate"
     assert all(g.rmse_after == pytest.approx(g.rmse_before) for g in found.gain.values())
+
+
+def test_a_gear_that_is_faster_than_the_vessels_own_is_named_with_its_rate(ship):
+    """What a gear does of orders that stand in the record can be undone."""
+    model, records = ship
+    slow = replace(model, rudder=RudderGear(rate_rad_s=0.3 * RATE))
+    found = diagnose(slow, records[:1], records[1:], Options())
+    assert [f.cause for f in found.causes] == ["rudder_rate_limit"]
+    assert found.causes[0].sizes[0].value == pytest.approx(RATE, rel=0.1)
+    assert found.gain["heading_rad"].rmse_after < 0.2 * found.gain["heading_rad"].rmse_before
+
+
+def test_a_base_model_that_states_the_wrong_side_is_turned_and_told(ship):
+    model, records = ship
+    known = replace(model, rudder=RudderGear(rate_rad_s=RATE), positive_rudder="port")
+    found = diagnose(known, records[:1], records[1:], Options())
+    assert [f.cause for f in found.causes] == ["rudder_sign"] and found.verdict == "named"
+    assert found.extended.positive_rudder == "starboard" and "states the other side" in found.causes[0].evidence
+    assert words.verdict(found).startswith("The simulation turned its rudder to the wrong side, which was corrected.")
+
+
+@pytest.mark.nightly
+def test_a_wind_in_one_record_is_told_there_beside_a_base_that_is_off(rng):
+    """Of three records; the others are calm, and a further one is expected to be."""
+    wind = Effect("wind", {"speed": 9.0, "from": 1.0})
+    calm, windy = inject(FaultCase("s175"), rng), inject(FaultCase("s175", effects=(wind,)), rng)
+    ship = resolve("s175")
+    off = ship.with_coefficients(ship.coefficients * (1.0 + 0.04 * rng.standard_normal(ship.coefficients.size)))
+    train = [calm.train[0], replace(windy.train[1], name="windy"), calm.train[2]]
+    found = diagnose(off, train, calm.held_out, Options())
+    print(found.verdict, found.reason, found.causes)
+    blows = next(f for f in found.causes if f.cause == "wind")
+    assert {size.record for size in blows.sizes} == {"windy"}
+    assert blows.sizes[0].low < 9.0 < blows.sizes[0].high
+    assert found.gain["heading_rad"].own_after < 0.5 * found.gain["heading_rad"].own_before
 
 
 def similar_to(record, scale):

@@ -314,3 +314,36 @@ def test_the_page_and_the_published_text_show_the_force_as_a_curve(described, tm
     paths = write_markdown(page(described), tmp_path, "moment", "A moment")
     assert tmp_path / "moment-remaining-1.svg" in paths and tmp_path / "moment-remaining-2.svg" not in paths
     assert "moment-remaining-1.svg" in (tmp_path / "moment.md").read_text("utf-8")
+
+
+def of_thrust(**details):
+    """A diagnosis that names the propeller's thrust by free runs."""
+    found = made_up()
+    sizes = (Size("thrust_scale", 0.25, 0.2, 0.3, "1"),)
+    own = replace(found.causes[0], cause="base_coefficients", stage="free runs", sizes=sizes,
+                  details={"groups": ["propeller thrust (scale of K_T)"], **details})  # fmt: skip
+    return replace(found, causes=(own,))
+
+
+def test_few_numbers_beside_all_others_are_told_as_such():
+    found = of_thrust(beside="all of the model's own numbers")
+    assert words.headline(found).startswith("Named: mostly propeller thrust (thrust +25 %).")
+    assert "has wrong numbers, most of all propeller thrust (thrust +25 %)" in words.verdict(found)
+
+
+def test_what_single_records_have_is_told_with_these():
+    found = of_thrust(records=["run_1"])
+    assert words.headline(found).startswith("Named: propeller thrust in run_1 (thrust +25 %).")
+    assert "The simulation errs by propeller thrust in run_1 (thrust +25 %)" in words.verdict(found)
+
+
+def test_a_tie_of_many_is_told_by_its_first_and_their_number():
+    rivals = [f"a group of numbers with a long title {i}" for i in range(4)]
+    found = replace(of_thrust(**{"would do as well": rivals}), verdict="tied")
+    assert words.headline(found).startswith("Tied: propeller thrust or 4 others.")
+
+
+def test_records_that_are_followed_badly_are_not_said_to_agree(in_waves):
+    gain = {name: replace(one, r2_after=0.8) for name, one in in_waves.gain.items()}
+    told = words.headline(replace(in_waves, gain=gain))
+    assert "no cause is told of what remains; held-out heading error" in told and "agrees" not in told
