@@ -14,8 +14,10 @@ import numpy as np
 from ...datasets.instruments import felt_rudder
 from ...datasets.signals import bridged, lagged
 from ...estimation.records.gaps import SHORTEST, clock_of, stretches
+from ...estimation.records.series import MEASURED
 from ...estimation.run.stretch import Stretch
 from ...models.errors import CannotFit
+from ...models.model import CHANNELS
 from ...models.time_scale import time_scale_s
 
 if TYPE_CHECKING:
@@ -46,6 +48,8 @@ LENGTHS = 8.0
 """Ship lengths sailed in a piece."""
 SMOOTHED = 12
 """Samples that measured thrust is averaged over."""
+MOSTLY = 0.8
+"""Share of its samples that a channel has where it is not sampled more slowly than the record."""
 FEWEST, WANTED, MOST = 3, 8, 24
 """Pieces of all records together: without so many nothing is left out; shorter ones are cut until there are so many;
 and (but for one a record) the most."""
@@ -151,8 +155,8 @@ def units_of(model: Model, records: Sequence[Record], length: float) -> list[Uni
         counts = [max(1, min(each, (b - a) // SHORTEST)) for _, a, b in stretches_]
     units = []
     for (i, a, b), count, span in zip(stretches_, counts, seconds, strict=True):
-        edges = np.linspace(a, b, count + 1).astype(int)
-        ends = [(first, last) for first, last in pairwise(edges.tolist()) if last - first >= SHORTEST]
+        edges = _where_known(model, records[i], np.linspace(a, b, count + 1).astype(int))
+        ends = [(first, last) for first, last in pairwise(edges) if last - first >= SHORTEST]
         step = min(length, span / count / LENGTHS)  # short pieces keep as many samples as others
         pieces = [coarse(records[i].slice(first, last), step) for first, last in ends]
         start_s = float(records[i].time_s[0])
@@ -162,6 +166,16 @@ def units_of(model: Model, records: Sequence[Record], length: float) -> list[Uni
     if len(units) < FEWEST:
         raise CannotFit(f"fewer than {FEWEST} pieces of {SHORTEST} samples")
     return units
+
+
+def _where_known(model: Model, record: Record, edges: np.ndarray) -> list[int]:
+    """First samples of pieces, those in gaps of a channel moved to their end: nothing tells the state there."""
+    columns = [CHANNELS[s] for s in MEASURED if s in model.states and record.has(CHANNELS[s])]
+    known = [x for name in columns if np.mean(x := np.isfinite(record.column(name))) > MOSTLY]
+    places = np.flatnonzero(np.all(known, axis=0)) if known else np.arange(record.n)
+    after = np.searchsorted(places, edges[1:-1])
+    moved = [int(places[k]) if k < places.size else int(edge) for k, edge in zip(after, edges[1:-1], strict=True)]
+    return [int(edges[0]), *moved, int(edges[-1])]
 
 
 def whole_unit(model: Model, record: Record, length: float, begin_s: float = 0.0) -> Unit:
