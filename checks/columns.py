@@ -136,7 +136,7 @@ def _wind_from_the_bow(record: Record) -> list[Fault]:
     from_bow = speed * np.exp(1j * (direction + heading))
     readings = {"the direction counts from the bow": from_bow}
     if record.has(*VELOCITIES):
-        readings["the wind is apparent, from the bow"] = from_bow - np.nan_to_num(velocity_over_ground(record))
+        readings["the wind is apparent, from the bow"] = from_bow - velocity_over_ground(record)
     present, errors = _unsteady(speed * np.exp(1j * direction)), {how: _unsteady(x) for how, x in readings.items()}
     how = min(errors, key=lambda one: errors[one])
     if not errors[how] < BETTER * min(present, UNSTEADY):

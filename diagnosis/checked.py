@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..checks.registry import check_of, sensor_errors
 from ..checks.result import CheckFinding
-from .report.bank import BY_FREE_RUNS, demoted, is_of_record, lines, of_columns, of_left_out_samples
+from .report.bank import BY_FREE_RUNS, demoted, is_of_record, lines, of_columns, of_left_out_samples, with_causes
 from .report.verdict import motion_explained, next_manoeuvre, without_motion
 from .result import Diagnosis
 
@@ -74,10 +74,7 @@ def _refuted(diagnosis: Diagnosis, standing: Sequence[CheckFinding]) -> tuple[Di
 
 def named_first(diagnosis: Diagnosis, finding: Finding) -> Diagnosis:
     """The diagnosis with one cause more, first of all."""
-    causes = (finding, *(f for f in diagnosis.causes if f.cause != finding.cause))
-    if diagnosis.verdict == "adequate":
-        diagnosis = replace(diagnosis, verdict="named", reason=f"{finding.cause}: {finding.evidence}")
-    return replace(diagnosis, causes=causes, bank=lines(causes, diagnosis.bank))
+    return with_causes(diagnosis, (finding, *(f for f in diagnosis.causes if f.cause != finding.cause)))
 
 
 def _withheld(diagnosis: Diagnosis, verdict: str, reason: str, why: str) -> Diagnosis:

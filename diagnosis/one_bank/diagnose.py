@@ -21,8 +21,8 @@ from ...models.model import CHANNELS
 from ..free_runs.problem import FreeRuns
 from ..free_runs.units import length_s, units_of, whole_unit
 from ..gain.guard import blind_fall, is_for_trim, misleads, training_fall, worsens
-from ..gain.runs import with_calibrated, with_runs
-from ..report.bank import is_of_record, lines, of_fault
+from ..gain.runs import with_calibrated, with_runs, without_instruments
+from ..report.bank import is_of_record, of_fault, with_causes
 from ..report.verdict import diagnosis_of, of_motion
 from .answer import (
     SEVERAL,
@@ -151,7 +151,7 @@ def _with_apart(
         if explains:
             choice, diagnosis = rest, replace(of_rest, apart=tuple(few))
             of_own = _of_apart(_beyond(of_rest, model, replace(behind, train=own), options), few)
-            diagnosis = _with_findings(diagnosis, of_own)
+            diagnosis = with_causes(diagnosis, (*diagnosis.causes, *of_own))
     each = ", ".join(f"{name} ({of_motion(error)})" for name, error in few.items())
     said = f"the model errs in {each} by far more than in the other records (at most {of_motion(most)})"
     said += ", which are diagnosed without" if explains else ""
@@ -165,22 +165,12 @@ def _of_apart(diagnosis: Diagnosis, few: Collection[str]) -> tuple[Finding, ...]
     all numbers of the model, or not."""
     if diagnosis.verdict not in ("named", "tied"):
         return ()
-    own, name = (
-        (f for f in diagnosis.causes if not is_of_record(f) and f.sizes),
-        None if len(few) > 1 else next(iter(few)),
-    )
+    name = None if len(few) > 1 else next(iter(few))
+    own = [f for f in diagnosis.causes if not is_of_record(f) and f.sizes]
     return tuple(
         replace(f, sizes=tuple(replace(s, record=name) for s in f.sizes), details={**f.details, "records": list(few)})
         for f in own
     )
-
-
-def _with_findings(diagnosis: Diagnosis, more: Sequence[Finding]) -> Diagnosis:
-    """The diagnosis with further findings, of single records."""
-    if diagnosis.verdict == "adequate" and more:
-        diagnosis = replace(diagnosis, verdict="named", reason=f"{more[0].cause}: {more[0].evidence}")
-    causes = (*diagnosis.causes, *more)
-    return replace(diagnosis, causes=causes, bank=lines(causes, diagnosis.bank))
 
 
 def _beyond(of_others: Diagnosis, model: Model, own: Prepared, options: Options) -> Diagnosis:
@@ -188,11 +178,10 @@ def _beyond(of_others: Diagnosis, model: Model, own: Prepared, options: Options)
 
     own : behind the instruments of `model`.
     """
-    known = {*model.instruments, *own.instruments}
-    new = {name: x for name, x in of_others.extended.instruments.items() if name not in known}
-    extended = replace(of_others.extended, instruments=model.instruments)
+    more = {n: x for n, x in of_others.extended.instruments.items() if n not in model.instruments}
+    new = {name: x for name, x in more.items() if name not in own.instruments}
     records = replace(own, train=[corrected(r, new) for r in own.train])
-    return _choice_and_diagnosis(extended, records, (), options).diagnosis
+    return _choice_and_diagnosis(without_instruments(of_others.extended, more), records, (), options).diagnosis
 
 
 def without_one(

@@ -115,6 +115,14 @@ def demoted(bank: Sequence[Entry], of: Collection[str], status: str, why: str) -
     return [replace(entry, status=status, why=why) if entry.status in of else entry for entry in bank]
 
 
+def with_causes(diagnosis: Diagnosis, findings: Sequence[Finding]) -> Diagnosis:
+    """The diagnosis with other findings; named by the first of them where it was adequate."""
+    if diagnosis.verdict == "adequate" and findings:
+        reason = f"{findings[0].cause}: {findings[0].evidence}"
+        diagnosis = replace(diagnosis, verdict="named", reason=reason)
+    return replace(diagnosis, causes=tuple(findings), bank=lines(findings, diagnosis.bank))
+
+
 def without_causes(diagnosis: Diagnosis, ids: Collection[str], why: str) -> Diagnosis:
     """The diagnosis without some causes, for a reason that their lines of the bank say."""
     rest = tuple(f for f in diagnosis.causes if f.cause not in ids)
