@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from ..datasets.record import Record
 
 ROUNDS = 8
+OF_SWAY = (0.05, 0.6)
+"""Scale errors that sway alone may have: a smaller one is no larger than what other errors leave of the small sway, and
+a larger one takes the place of delays of positions."""
 ALL_LATE = ("surge_delay", "sway_delay", "yaw_rate_delay", "heading_delay")
 
 
@@ -125,7 +128,7 @@ class SpeedScaleError(SensorError):
     track = (
         scale(lambda path: -path.run, "surge_scale", "sway_scale"),
         scale(lambda path: -path.along(path.speed.real), "surge_scale"),
-        scale(lambda path: -path.along(1j * path.speed.imag), "sway_scale"),
+        scale(lambda path: -path.along(1j * path.speed.imag), "sway_scale", sizes=OF_SWAY),
     )
     log = (scale(lambda log: -log.run, "surge_scale"),)
     farthest = 1.0

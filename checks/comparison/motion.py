@@ -155,7 +155,7 @@ class Effect(NamedTuple):
 
     parameter, unit : of its size.  instruments : the numbers that correct it.  column : (T,) of a motion.  floor : the
     size from which it matters in a record.  delay : the size cannot be negative, and below a share of the sampling step
-    it is not seen.
+    it is not seen.  sizes : the least and the largest one, without sign, that the error is believed of.
     """
 
     parameter: str
@@ -164,11 +164,17 @@ class Effect(NamedTuple):
     column: Callable[[Motion], np.ndarray]
     floor: Callable[[Motion], float]
     delay: bool = False
+    sizes: tuple[float, float] = (0.0, np.inf)
 
 
-def scale(column: Callable[[Motion], np.ndarray], *instruments: str, parameter: str = "s") -> Effect:
-    """The effect of a scale error, which matters from half a percent."""
-    return Effect(parameter, "1", instruments, column, lambda motion: 0.005)
+def scale(
+    column: Callable[[Motion], np.ndarray],
+    *instruments: str,
+    parameter: str = "s",
+    sizes: tuple[float, float] = (0.0, np.inf),
+) -> Effect:
+    """The effect of a scale error, which matters from half a percent; sizes : as of `Effect`."""
+    return Effect(parameter, "1", instruments, column, lambda motion: 0.005, sizes=sizes)
 
 
 def angle(column: Callable[[Motion], np.ndarray], *instruments: str, parameter: str = "b") -> Effect:

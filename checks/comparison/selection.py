@@ -240,8 +240,9 @@ def _evidence(parts: Sequence[Sums], held: list[int], own: list[int], option: Op
 
 
 def _possible(option: Option, fit: BlockFit, places: Sequence[int]) -> bool:
-    """Whether a size is one that can be: no delay is negative."""
-    return not option.is_delay or bool(fit.values[places[0]] > 0.0)
+    """Whether the first size is one that can be: no delay is negative."""
+    value, (least, most) = fit.values[places[0]], option.effects[0].sizes
+    return bool(least <= abs(value) <= most) and (not option.is_delay or bool(value > 0.0))
 
 
 def _sized(chain: Chain, records: Sequence[Record], chosen: Sequence[Entered]) -> tuple[Sizes, ...]:

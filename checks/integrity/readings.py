@@ -78,8 +78,13 @@ def about_track(record: Record) -> Record:
     """The heading turned by the mean angle between the way made and the way that heading and velocities give, where
     that is beyond what a compass may err."""
     by_log, moved = _ways(record)
-    angle = float(np.angle(np.sum(by_log * np.conj(moved)))) if by_log.size else 0.0
+    angle = _mean_angle(by_log, moved)
     return record if abs(angle) < ASKEW else record.with_channels(heading_rad=record.heading_unwrapped() - angle)
+
+
+def _mean_angle(by_log: np.ndarray, moved: np.ndarray) -> float:
+    """Mean angle, rad, from ways (M,) that were made to those that heading and velocities give; 0 of none."""
+    return float(np.angle(np.sum(by_log * np.conj(moved)))) if by_log.size else 0.0
 
 
 def in_degrees(record: Record) -> Record:
@@ -169,6 +174,9 @@ def _better_reading(record: Record) -> Better | None:
     present, errors = track_error(record), [track_error(reading.read(record)) for reading in READINGS]
     best = int(np.argmin(errors))
     sure = errors[best] < min(BETTER * present, MOST) and present > LEAST
+    by_log, moved = _ways(record)
+    askew = _disagreement(by_log * np.exp(-1j * _mean_angle(by_log, moved)), moved)  # what a compass may err, alone
+    sure &= not askew < BETTER * errors[best]
     return Better(READINGS[best], present, errors[best]) if sure else None
 
 
@@ -210,7 +218,11 @@ def rate_error(record: Record, name: str) -> float:
 def track_error(record: Record) -> float:
     """Error of the displacement over windows that heading and velocities give, as a share of the way made; nan for too
     few samples."""
-    by_log, moved = _ways(record)
+    return _disagreement(*_ways(record))
+
+
+def _disagreement(by_log: np.ndarray, moved: np.ndarray) -> float:
+    """The same of ways (M,)."""
     if not by_log.size:
         return float("nan")
     return float(np.sqrt(np.mean(np.abs(moved - by_log) ** 2) / max(np.mean(np.abs(moved) ** 2), 1e-300)))

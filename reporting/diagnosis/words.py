@@ -533,9 +533,11 @@ def gain_sentence(diagnosis: Diagnosis) -> str:
 def calibrated_sentence(diagnosis: Diagnosis) -> str:
     """What moving all numbers of the base model under their priors would reach; empty where none was uncertain."""
     shown = [n for n in ("yaw_rate_rad_s", "heading_rad") if n in diagnosis.calibrated_gain and n in diagnosis.gain]
-    same = all(diagnosis.calibrated_gain[n].rmse_after == diagnosis.gain[n].rmse_after for n in shown)
-    if diagnosis.calibrated is None or same:
+    pairs = [(diagnosis.calibrated_gain[n].rmse_after, diagnosis.gain[n].rmse_after) for n in shown]
+    if diagnosis.calibrated is None or all(new == old for new, old in pairs):
         return ""
+    if any(new > WORSE * old for new, old in pairs):
+        return "With all its numbers moved under their priors held-out records are predicted worse (calibrated model)."
     errors = [f"{number(channel(n)[2] * diagnosis.calibrated_gain[n].rmse_after)} {channel(n)[1]}" for n in shown]
     return f"With all its numbers moved under their priors the errors are {in_line(errors)} (calibrated model)."
 
