@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..datasets.record import Record
-from ..estimation.estimates.estimate import Estimate
 from ..estimation.methods_only.recursive.recursion import UpdateRule
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.regression.integrated import Roles, roles
 from ..estimation.regression.samples import RegressionSamples
 from ..estimation.regression.schemes import regression_samples
 from ..estimation.results.fit import Fit
-from ..models.errors import BadInput, CannotFit
+from ..models.errors import CannotFit
 from ..models.model import Model
 from .base import RecursiveMethod
 from .ls import common_step
@@ -102,12 +101,6 @@ class FciLs(RecursiveMethod):
         covariance = (half * diagonal) @ half.T * variance
         time = np.arange(len(y)) * dt
         return Fit(path[-1], covariance, n_iterations=repeats, trajectory=path, trajectory_time_s=time)
-
-    def partial_fit(self, chunk: Record, model: Model, scale_with: Sequence[Record] | None = None) -> Estimate | None:
-        """As `RecursiveMethod.partial_fit`; BadInput for the printed variant, which only runs on whole records."""
-        if self.variant == "as_printed":
-            raise BadInput("the printed variant of fci-ls does not run online")
-        return super().partial_fit(chunk, model, scale_with)
 
 
 class LearningRule(UpdateRule):

@@ -15,7 +15,6 @@ from helmbench.diagnosis.contract import check_cause
 from helmbench.estimation.estimates.estimate import Estimate
 from helmbench.estimation.methods_only.tuning.abc import ABCSampler
 from helmbench.methods import contract
-from helmbench.methods.base import RecursiveMethod
 from helmbench.methods.output_error import Interval
 from helmbench.models.lanes import open_loops
 
@@ -32,7 +31,6 @@ USED = (
     ProblemsFile.schema_version,
     MergedFile.journal,
     RecordMeta.reference_point,  # by the sidecar of a record
-    RecursiveMethod.reset,  # by users of partial_fit
     Estimate.to_dataframe,  # by users
     Record.from_dataframe,
     Record.to_dataframe,
