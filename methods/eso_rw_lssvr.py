@@ -19,7 +19,7 @@ from ..estimation.simulation.selection import free_run_cost
 from ..models.errors import CannotFit, FitFailed
 from ..models.model import Model
 from .base import method
-from .ls_svr import CONSTANT, TUNER, Tuner, fit_svr, regressors, stacked_rows
+from .ls_svr import CONSTANT, TUNER, Tuner, fit_svr, stacked_rows
 from .options import POSITIVE, option, words
 
 
@@ -79,9 +79,7 @@ def EsoRwLssvr(
         omega, parts = observed_samples(records, model, omega0, discretisation, b0)
     spacing = float(np.median(np.diff(parts[0].time_s)))
     rows = stacked_rows(parts, model, max(1, int(BLOCK_TIME / omega / spacing)), physical=printed)
-    extra = {"omega0_rad_s": omega}
-    tuner = "abc" if proposed else tuner
-    return fit_svr(rows, regressors(weighted, printed), C, tuner, printed, extra)
+    return fit_svr(rows, weighted, printed, C, "abc" if proposed else tuner, {"omega0_rad_s": omega})
 
 
 def _aligned_rows(
