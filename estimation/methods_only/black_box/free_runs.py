@@ -12,7 +12,7 @@ import numpy as np
 
 from ....models.errors import CannotFit
 from ....models.extras import extras_told
-from .predictor import evenly_spaced
+from .scaled import evenly_spaced
 from .state_space import Training, pasts
 
 LARGEST_STATE = 30.0
