@@ -13,7 +13,7 @@ from ..estimation.methods_only.tuning.space import Real
 from ..estimation.records.series import inputs_of, require, series_of
 from ..estimation.regression.filtered import BLOCK_TIME, best_corner, corner_frequencies, filtered_rows, stretches
 from ..estimation.regression.least_squares import equation_factors, least_squares
-from ..estimation.regression.samples import RegressionSamples, check_enough_rows, check_states, table
+from ..estimation.regression.samples import RegressionSamples, check_enough_rows
 from ..estimation.results.fit import Fit
 from ..estimation.simulation.selection import free_run_cost
 from ..models.errors import CannotFit, FitFailed
@@ -174,11 +174,8 @@ def _samples(
     model: Model,
 ) -> RegressionSamples:
     states = {"psi": observed.psi, "r": observed.r, "q": observed.psi_ddot}
-    check_states(model, tuple(states))
-    acceleration = observed.psi_dddot if "q" in model.regression_states else observed.psi_ddot
-    inputs = {"delta": rudder, "delta_rate": slope, **others}
-    x, u = table(states, model.regression_states), table(inputs, model.regression_inputs)
-    return RegressionSamples(x, acceleration[:, None].copy(), u, time)
+    slopes = {"r": observed.psi_ddot, "q": observed.psi_dddot}
+    return RegressionSamples.of(model, states, slopes, {"delta": rudder, "delta_rate": slope, **others}, time)
 
 
 def _printed(record: Record, model: Model, omega0: float) -> list[RegressionSamples]:
