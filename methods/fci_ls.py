@@ -76,7 +76,7 @@ class FciLs(RecursiveMethod):
 
     def _as_printed(self, records: Sequence[Record], model: Model) -> Fit:
         """The printed form on the difference equation r(t+1) = a1 r(t) + ..., with its columns as they are."""
-        from ..estimation.methods_only.recursive import _innovation_kernels as kernels
+        from ..estimation.methods_only.recursive import _kernels as kernels
 
         role, dt = roles(model), common_step(records)
         p = len(model.coordinates)
@@ -111,7 +111,7 @@ class LearningRule(UpdateRule):
         self.counts = np.zeros(3)  # repeats, rows and the sum of their squared errors so far
 
     def run(self, y, h, per_sample: int, theta, factor, diagonal, path) -> None:
-        from ..estimation.methods_only.recursive import _innovation_kernels as kernels
+        from ..estimation.methods_only.recursive import _kernels as kernels
 
         kernels.iterative_learning(
             y, h, self.beta, SHARE, self.most, self.tolerance, theta, factor, diagonal, path, self.counts

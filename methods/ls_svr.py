@@ -157,7 +157,7 @@ def fit_svr(
     c : regularisation constant; None chooses it by validation with `tuner`.
     extra : facts to add to `Fit.extra`.
     """
-    from ..estimation.methods_only.svr.estimators import LSSVR
+    from ..estimation.methods_only.svr import LSSVR
 
     weighting = ("as_printed" if printed else "corrected") if weighted else None
     build = partial(LSSVR, standardise=not printed, fit_intercept=printed, weighting=weighting)
