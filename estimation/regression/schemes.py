@@ -24,6 +24,7 @@ times the median, removes only the rows that use it.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -31,7 +32,7 @@ from ...datasets.record import Record
 from ...models.errors import CannotFit
 from ...models.model import Model
 from ..records.series import inputs_of, require, samples, steps
-from .integrated import triple_integral, triple_integral_held, triple_integral_rest
+from .integrated import triple_integral
 from .samples import LONGEST_STEP, Columns, RegressionSamples, check_enough_rows, n_accelerations
 
 
@@ -145,8 +146,8 @@ LOCAL: dict[str, Callable[[Record, Model], RegressionSamples]] = {
 """Schemes whose rows depend on neighbouring samples only."""
 INTEGRATED: dict[str, Callable[[Record, Model], RegressionSamples]] = {
     "triple-integral": triple_integral,
-    "triple-integral-held": triple_integral_held,
-    "triple-integral-rest": triple_integral_rest,
+    "triple-integral-held": partial(triple_integral, held=True),
+    "triple-integral-rest": partial(triple_integral, held=True, rest=True),
 }
 """Schemes whose errors are correlated over the whole record."""
 SCHEMES = LOCAL | INTEGRATED
