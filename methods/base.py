@@ -339,10 +339,10 @@ class RecursiveMethod(Method):
         return self.computed(parts)
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        from ..estimation.methods_only.regression.left_out import best_difference
+        from ..estimation.methods_only.regression.left_out import DIFFERENCES, Scheme, best_scheme
 
         usual = "forward" if self.variant == "as_printed" else None
-        scheme = self.scheme or usual or best_difference(records, model)
+        scheme = self.scheme or usual or best_scheme(records, model, [*map(Scheme, DIFFERENCES)]).name
         parts = regression_samples(records, model, scheme)
         prior = prior_of(self.p0, self.theta0, self.prior, len(model.coordinates))
         found = recursion(parts, model, prior, self.update_rule(parts))

@@ -21,13 +21,18 @@ from ..datasets.record import Record
 from ..datasets.signals import bridged
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.observers.linear import Discrete, discretised, respond
-from ..estimation.records.series import inputs_of, require, series_of
-from ..estimation.regression.filtered import BLOCK_TIME, best_corner, corner_frequencies, filtered_rows, stretches
-from ..estimation.regression.least_squares import equation_factors, least_squares
+from ..estimation.records.series import inputs_of, require
+from ..estimation.regression.filtered import (
+    BLOCK_TIME,
+    best_corner,
+    best_of_corners,
+    corner_frequencies,
+    filtered_rows,
+    stretches,
+)
 from ..estimation.regression.samples import RegressionSamples, check_enough_rows
 from ..estimation.results.fit import Fit
-from ..estimation.simulation.selection import free_run_cost
-from ..models.errors import CannotFit, FitFailed
+from ..models.errors import CannotFit
 from ..models.model import Model
 from .base import method
 from .ls_svr import CONSTANT, TUNER, Tuner, fit_svr, stacked_rows
@@ -124,23 +129,14 @@ def observed_samples(
 ) -> tuple[float, list[RegressionSamples]]:
     """Poles omega0 [rad/s] and samples of an observer with input gain b0 on the rudder; None takes those poles whose
     free run follows the records best."""
+
+    def rows_at(omega: float) -> list[RegressionSamples]:
+        return _checked(_observed(records, model, omega, discretisation, b0), model)
+
     if omega0 is not None:
-        return omega0, _checked(_observed(records, model, omega0, discretisation, b0), model)
-    series = [series_of(record, model) for record in records]
-    best: tuple[float, float, list[RegressionSamples]] | None = None
-    for omega in corner_frequencies(records, POLES, SLOWEST).tolist():
-        samples = _observed(records, model, omega, discretisation, b0)
-        try:
-            _checked(samples, model)
-            coefficients = least_squares(*equation_factors(samples, model)).coefficients
-        except (CannotFit, FitFailed):
-            continue
-        cost = free_run_cost(model.with_coefficients(coefficients), series)
-        if best is None or cost < best[0]:
-            best = cost, omega, samples
-    if best is None:
-        raise CannotFit("no observer gives enough finite rows")
-    return best[1:]
+        return omega0, rows_at(omega0)
+    found = best_of_corners(corner_frequencies(records, POLES, SLOWEST), rows_at, records, model)
+    return found.omega, found.rows
 
 
 def printed_samples(records: Sequence[Record], model: Model, omega0: float) -> list[RegressionSamples]:

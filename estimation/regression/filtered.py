@@ -8,7 +8,7 @@ begin anywhere in a manoeuvre, and its noisy first sample has no influence.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -199,21 +199,39 @@ def fit_filtered(records: Sequence[Record], model: Model, omega: float, order: i
 
 
 def best_corner(records: Sequence[Record], model: Model, order: int = ORDER) -> FilteredFit:
-    """The fit, among those at `corner_frequencies`, whose free run follows the training records best.
+    """`best_of_corners` at `corner_frequencies`, with a filter of `order` poles."""
+    corners = corner_frequencies(records)
+    return best_of_corners(corners, lambda omega: filtered_rows(records, model, omega, order), records, model)
+
+
+def best_of_corners(
+    corners: np.ndarray,
+    rows_at: Callable[[float], list[RegressionSamples]],
+    records: Sequence[Record],
+    model: Model,
+) -> FilteredFit:
+    """The fit whose free run follows the training records best, the middle one where no free run is finite.
+
+    Parameters
+    ----------
+    corners : (n,) frequencies, rad/s.
+    rows_at : frequency -> rows; it may raise CannotFit.
 
     Raises
     ------
-    CannotFit : no corner frequency can be fitted.
+    CannotFit : at no frequency can be fitted.
     """
     fits, reason = [], "no corner frequency gives an estimate"
     series = [series_of(record, model) for record in records]
-    for omega in corner_frequencies(records).tolist():
+    for omega in corners.tolist():
         try:
-            fit = fit_filtered(records, model, omega, order)
+            rows = rows_at(omega)
+            solution = least_squares(*equation_factors(rows, model))
         except (CannotFit, FitFailed) as error:
             reason = error.reason
             continue
-        fits.append(fit._replace(cost=free_run_cost(model.with_coefficients(fit.solution.coefficients), series)))
+        cost = free_run_cost(model.with_coefficients(solution.coefficients), series)
+        fits.append(FilteredFit(omega, rows, solution, cost))
     if not fits:
         raise CannotFit(reason)
     if np.isfinite([fit.cost for fit in fits]).any():
