@@ -82,35 +82,24 @@ def multi_innovation(y, h, first, size, length, omega, theta, factor, diagonal, 
     (M - first, d) is filled, every row of a sample with the coefficients after it.
     """
     d = theta.size
-    f, v, gain, gradient, product = np.empty(d), np.empty(d), np.empty(d), np.empty(d), np.empty(d)
+    f, v, gain, gradient = np.empty(d), np.empty(d), np.empty(d), np.empty(d)
     for end in range(first + size, y.size + 1, size):
         start = max(0, end - length * size)
         if omega.size == 0:
             for k in range(start, end):
                 error = y[k] - _dot(h[k], theta)
                 error *= update(h[k], 1.0, factor, diagonal, f, v, gain)
-                for j in range(d):
-                    theta[j] += gain[j] * error
+                theta += gain * error
         else:
             gradient[:] = 0.0
             for k in range(start, end):
                 rate = omega[(k - start) % size]
                 angle = rate * (y[k] - _dot(h[k], theta))
                 z = np.sin(min(max(angle, -0.5 * np.pi), 0.5 * np.pi)) / rate
-                for j in range(d):
-                    gradient[j] += h[k, j] * z
+                gradient += z * h[k]
             for k in range(start, end):
                 update(h[k], 1.0, factor, diagonal, f, v, gain)
-            for j in range(d):
-                total = gradient[j]
-                for i in range(j):
-                    total += factor[j, i] * gradient[i]
-                product[j] = diagonal[j] * total
-            for i in range(d):
-                total = product[i]
-                for j in range(i + 1, d):
-                    total += factor[j, i] * product[j]
-                theta[i] += total
+            theta += factor.T @ (diagonal * (factor @ gradient))  # the factor is a unit triangle
         for k in range(end - size, end):
             path[k - first] = theta
 
@@ -138,8 +127,7 @@ def iterative_learning(y, h, beta, share, most, tolerance, theta, factor, diagon
             change = error * (error - left)
             if repeat == 0:
                 counts[2] += error * left
-            for j in range(d):
-                theta[j] += direction[j] * left + gain * row[j] * left
+            theta += left * (direction + gain * row)
             if not abs(change) >= tolerance**2 * variance:
                 break
         path[k] = theta
@@ -162,14 +150,9 @@ def iterative_learning_as_printed(y, h, beta, most, tolerance, theta, factor, di
             before[:] = theta
             error = y[k] - _dot(row, theta)
             error *= update(row, 1.0, factor, diagonal, f, v, gain)
-            for j in range(d):
-                theta[j] += gain[j] * error
-            left = y[k] - _dot(row, theta)
-            change = 0.0
-            for j in range(d):
-                theta[j] += beta * row[j] * left
-                change += (theta[j] - before[j]) ** 2
-            if not np.sqrt(change) >= tolerance:
+            theta += gain * error
+            theta += beta * (y[k] - _dot(row, theta)) * row
+            if not np.sqrt(np.sum((theta - before) ** 2)) >= tolerance:
                 break
         path[k] = theta
     return repeats
