@@ -100,45 +100,28 @@ class Method:
             setattr(self, name, value)
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Option name -> value.
-
-        With `deep`, also the options of values that have `get_params` themselves, as NAME__OPTION.
-        """
-        options = self._options()
-        nested = {
-            f"{name}__{inner}": setting
-            for name, value in (options.items() if deep else ())
-            if hasattr(value, "get_params") and not isinstance(value, type)
-            for inner, setting in value.get_params().items()
-        }
-        return options | nested
-
-    def _options(self) -> dict[str, Any]:
+        """Option name -> value; no option has options of its own, which `deep` would ask for."""
         return {name: getattr(self, name) for name in self.options}
 
     def set_params(self, **options: Any) -> Self:
-        """Change options in place; NAME__OPTION changes an option of the value of NAME.
+        """Change options in place.
 
         Raises
         ------
         BadInput : for an option the method does not have.
         """
         for name, value in options.items():
-            own, _, inner = name.partition("__")
-            if own not in self.options:
+            if name not in self.options:
                 hint = suggestion(name, list(self.options))
                 raise BadInput(f"method {self.name} has no option {name!r}", hint=hint)
-            if inner:
-                self.get_params(deep=False)[own].set_params(**{inner: value})
-            else:
-                self._set_option(name, value)
+            self._set_option(name, value)
         return self
 
     def _set_option(self, name: str, value: Any) -> None:
         setattr(self, name, value)
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.get_params(deep=False).items())})"
+        return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.get_params().items())})"
 
     def check_options(self) -> None:
         """Refuse impossible options; subclasses add checks of options that depend on each other.
@@ -151,7 +134,7 @@ class Method:
             raise BadInput(
                 f"method {self.name} has no variant {self.variant!r}", hint=f"known: {', '.join(self.variants)}"
             )
-        for name, value in self._options().items():
+        for name, value in self.get_params().items():
             self.options[name].check(value)
 
     def visible(self, model: Model) -> Model:
@@ -371,7 +354,7 @@ class Wrapper(Method):
             setattr(self, name, self.options[name].value)
         self.set_params(**options)
 
-    def _options(self) -> dict[str, Any]:
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
         return {name: getattr(self, name) for name in self.own} | self.inner_options
 
     def _set_option(self, name: str, value: Any) -> None:
