@@ -40,9 +40,8 @@ class LSSVR(RegressorMixin, BaseEstimator):
     Parameters
     ----------
     C : > 0, weight of the errors relative to the size of the coefficients.
-    kernel : 'linear' (solved in the primal by QR: linear in the samples), 'rbf' or 'poly' (dual, n^2 memory).
-    gamma : of 'rbf' and 'poly'; > 0, or 'scale' for 1/(d var(X)).
-    degree, coef0 : of 'poly', (gamma x x' + coef0)^degree.
+    kernel : 'linear' (solved in the primal by QR: linear in the samples) or 'rbf' (dual, n^2 memory).
+    gamma : of 'rbf'; > 0, or 'scale' for 1/(d var(X)).
     fit_intercept : whether there is an intercept, which is not penalised.
     standardise : divide every column by its standard deviation first; otherwise the effect of the penalty depends on
         the units.  Coefficients are given for the original columns.
@@ -59,10 +58,8 @@ class LSSVR(RegressorMixin, BaseEstimator):
 
     _parameter_constraints: dict[str, list] = {  # noqa: RUF012  (as scikit-learn declares it)
         "C": [Interval(Real, 0, None, closed="neither")],
-        "kernel": [StrOptions({"linear", "rbf", "poly"})],
+        "kernel": [StrOptions({"linear", "rbf"})],
         "gamma": [StrOptions({"scale"}), Interval(Real, 0, None, closed="neither")],
-        "degree": [Interval(Integral, 1, None, closed="left")],
-        "coef0": [Interval(Real, None, None, closed="neither")],
         "fit_intercept": ["boolean"],
         "standardise": ["boolean"],
         "weighting": [StrOptions({"corrected", "as_printed"}), None],
@@ -78,8 +75,6 @@ class LSSVR(RegressorMixin, BaseEstimator):
         *,
         kernel: str = "linear",
         gamma: float | str = "scale",
-        degree: int = 3,
-        coef0: float = 1.0,
         fit_intercept: bool = True,
         standardise: bool = False,
         weighting: str | None = None,
@@ -88,7 +83,7 @@ class LSSVR(RegressorMixin, BaseEstimator):
         max_iter: int = 100,
         tol: float = 1e-6,
     ) -> None:
-        self.C, self.kernel, self.gamma, self.degree, self.coef0 = C, kernel, gamma, degree, coef0
+        self.C, self.kernel, self.gamma = C, kernel, gamma
         self.fit_intercept, self.standardise = fit_intercept, standardise
         self.weighting, self.outliers, self.threshold = weighting, outliers, threshold
         self.max_iter, self.tol = max_iter, tol
@@ -168,7 +163,7 @@ class LSSVR(RegressorMixin, BaseEstimator):
 
     def _gram(self, rows: Array, upper: bool = False) -> Array:
         """Kernel values (m, n) of scaled rows (m, d) and the training rows."""
-        return kernel_matrix(self.kernel, rows, self._rows, self._gamma, self.degree, self.coef0, upper)
+        return kernel_matrix(self.kernel, rows, self._rows, self._gamma, upper)
 
     def predict(self, X: Any) -> Array:
         """Predictions (n,) at rows X (n, d)."""
@@ -221,35 +216,25 @@ def dual(gram: Array, y: Array, c: float, weights: Array | None = None, intercep
     return values - level * ones, level
 
 
-def kernel_matrix(kind: str, a: Array, b: Array, gamma: float, degree: int, coef0: float, upper: bool = False) -> Array:
-    """Kernel values (n, m) of rows a (n, d) and b (m, d): 'linear', 'rbf' exp(-gamma |a-b|^2) or 'poly'.
+def kernel_matrix(kind: str, a: Array, b: Array, gamma: float, upper: bool = False) -> Array:
+    """Kernel values (n, m) of rows a (n, d) and b (m, d): 'linear' or 'rbf' exp(-gamma |a-b|^2).
 
     Needs no more memory than the matrix itself.  With `upper` what lies below the diagonal is not set, as `dual` takes
     it.
     """
     gram, squares = np.empty((len(a), len(b))), np.einsum("ij,ij->i", b, b)
     for start in range(0, len(a), ROWS):
-        cut, columns = slice(start, start + ROWS), slice(start if upper else 0, None)
-        _fill(gram[cut, columns], kind, a[cut], b[columns], squares[columns], gamma, degree, coef0)
+        rows, columns = a[start : start + ROWS], slice(start if upper else 0, None)
+        block = gram[start : start + ROWS, columns]
+        np.matmul(rows, b[columns].T, out=block)
+        if kind == "rbf":
+            block *= -2.0
+            block += np.einsum("ij,ij->i", rows, rows)[:, None]
+            block += squares[columns]
+            np.maximum(block, 0.0, out=block)
+            block *= -gamma
+            np.exp(block, out=block)
     return gram
-
-
-def _fill(
-    block: Array, kind: str, a: Array, b: Array, squares: Array, gamma: float, degree: int, coef0: float
-) -> None:  # fmt: skip
-    """Fill a block (k, m) of a kernel matrix: rows a (k, d) and b (m, d), whose squared lengths are `squares` (m,)."""
-    np.matmul(a, b.T, out=block)
-    if kind == "rbf":
-        block *= -2.0
-        block += np.einsum("ij,ij->i", a, a)[:, None]
-        block += squares
-        np.maximum(block, 0.0, out=block)
-        block *= -gamma
-        np.exp(block, out=block)
-    elif kind == "poly":
-        block *= gamma
-        block += coef0
-        np.power(block, degree, out=block)
 
 
 def within_mad(values: Array, threshold: float = 3.0) -> NDArray[np.bool_]:

@@ -23,7 +23,6 @@ SINES = "heading:10deg/0.0105rad_s+6deg/0.031rad_s+4deg/0.083rad_s"
 REGRESSORS = (
     LSSVR(),
     LSSVR(kernel="rbf"),
-    LSSVR(kernel="poly", standardise=True, degree=2),
     LSSVR(fit_intercept=False, standardise=True),
     LSSVR(weighting="corrected"),
     LSSVR(kernel="rbf", max_iter=3, weighting="corrected"),
