@@ -11,7 +11,7 @@ import numpy as np
 
 from ..datasets.record import Record
 from ..estimation.estimates.estimate import Estimate
-from ..estimation.methods_only.recursive.recursion import PRIORS, UpdateRule, prior_of, recursion
+from ..estimation.methods_only.recursive.recursion import PRIORS, UpdateRule, recursion
 from ..estimation.methods_only.regression.weighted import RegressionRows
 from ..estimation.methods_only.tuning.space import Domain
 from ..estimation.regression.samples import RegressionSamples
@@ -327,8 +327,7 @@ class RecursiveMethod(Method):
         usual = "forward" if self.variant == "as_printed" else None
         scheme = self.scheme or usual or best_scheme(records, model, [*map(Scheme, DIFFERENCES)]).name
         parts = regression_samples(records, model, scheme)
-        prior = prior_of(self.p0, self.theta0, self.prior, len(model.coordinates))
-        found = recursion(parts, model, prior, self.update_rule(parts))
+        found = recursion(parts, model, self.update_rule(parts), self.p0, self.theta0, self.prior)
         return found._replace(extra={**found.extra, "scheme": scheme})
 
 

@@ -7,7 +7,7 @@ The coefficients theta and their covariance P are updated sample by sample.  How
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -18,31 +18,6 @@ from ...regression.samples import RegressionSamples
 from ...results.fit import LONGEST_PATH, Fit
 
 PRIORS = ("scaled", "physical")
-
-
-class RecursionPrior(NamedTuple):
-    """Initial coefficients theta0 (p,) and initial P = p0 I.
-
-    `kind` says where P is p0 I: 'scaled', where every column of the regression and every equation has unit root mean
-    square, or 'physical', in the model's coordinates and the rows as they are.
-    """
-
-    p0: float
-    theta0: np.ndarray
-    kind: str = "scaled"
-
-
-def prior_of(p0: float, theta0, kind: str, p: int) -> RecursionPrior:
-    """The prior that options state for p coefficients; theta0 is one number for all or (p,) numbers.
-
-    Raises
-    ------
-    CannotFit : theta0 has another number of values.
-    """
-    values = np.asarray(theta0, float)
-    if values.shape not in ((), (p,)):
-        raise CannotFit(f"theta0 has {values.size} numbers for {p} coefficients")
-    return RecursionPrior(float(p0), np.broadcast_to(values, (p,)), kind)
 
 
 class UpdateRule:
@@ -98,19 +73,9 @@ class LeastSquaresRule(UpdateRule):
             path[k] = theta
 
 
-class RowScales(NamedTuple):
-    """Root mean squares of the rows' left sides (k,) and of the columns (p,), and the number of samples.
-
-    Zeros are replaced by one; an equation without unknowns has an infinite scale.
-    """
-
-    equations: np.ndarray
-    columns: np.ndarray
-    n: int
-
-
-def row_scales(parts: Sequence[RegressionSamples], model: Model, kind: str) -> RowScales:
-    """Scales of the rows of all parts for a prior of that kind.
+def row_scales(parts: Sequence[RegressionSamples], model: Model, physical: bool) -> tuple[np.ndarray, np.ndarray, int]:
+    """Root mean squares of the rows' left sides (k,), or 1 if `physical`, and of the columns (p,), and the number of
+    samples.  Zeros are replaced by one; an equation without unknowns has an infinite scale.
 
     Raises
     ------
@@ -123,11 +88,9 @@ def row_scales(parts: Sequence[RegressionSamples], model: Model, kind: str) -> R
     used = (np.asarray(columns) > 0.0).any(axis=1) & (equations > 0.0)
     if not used.any() or not np.isfinite(columns).all():
         raise FitFailed("the regression has no finite, non-zero columns")
-    if kind == "physical":
-        equations = np.ones_like(equations)
-    equations = np.where(used, equations, np.inf)  # an equation without unknowns is left out
+    equations = np.where(used, np.ones_like(equations) if physical else equations, np.inf)
     total = np.sqrt((np.asarray(columns) / n / equations[:, None] ** 2).sum(axis=0))
-    return RowScales(equations, np.where(total > 0.0, total, 1.0), n)
+    return equations, np.where(total > 0.0, total, 1.0), n
 
 
 def _blocks(parts: Sequence[RegressionSamples], model: Model) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -135,28 +98,37 @@ def _blocks(parts: Sequence[RegressionSamples], model: Model) -> Iterator[tuple[
         yield from part.blocks(model)
 
 
-def recursion(parts: Sequence[RegressionSamples], model: Model, prior: RecursionPrior, rule: UpdateRule) -> Fit:
+def recursion(
+    parts: Sequence[RegressionSamples], model: Model, rule: UpdateRule, p0: float, theta0: Any, prior: str
+) -> Fit:
     """Go through all samples once, record after record; P and the coefficients are carried over.
 
     g = P h/(mu/L + h'P h);  theta += g (y - h'theta);  P = (P - g h'P)/mu  for each scalar row (paper 000, eq 22 with
     its erratum), or whatever the rule does instead.  Regressors are scaled inside.  Of a long trajectory every second,
     third, ... sample is kept, the last one among them.
 
+    Parameters
+    ----------
+    p0, theta0 : initial P = p0 I and coefficients, one number for all or (p,) numbers.
+    prior : where P is p0 I: 'scaled', where every column of the regression and every equation has unit root mean
+        square, or 'physical', in the model's coordinates and the rows as they are.
+
     Raises
     ------
+    CannotFit : theta0 has another number of values.
     FitFailed : no column is finite and non-zero.
     """
-    scales = row_scales(parts, model, prior.kind)
-    n, columns, used = scales.n, scales.columns, np.flatnonzero(np.isfinite(scales.equations))
-    theta, diagonal = np.ascontiguousarray(prior.theta0 * columns), np.full(columns.size, prior.p0)
-    if prior.kind == "physical":
-        diagonal = diagonal * columns**2
+    equations, columns, n = row_scales(parts, model, prior == "physical")
+    if np.shape(theta0) not in ((), columns.shape):
+        raise CannotFit(f"theta0 has {np.size(theta0)} numbers for {columns.size} coefficients")
+    theta, used = np.asarray(theta0, float) * columns, np.flatnonzero(np.isfinite(equations))
+    diagonal = p0 * (columns**2 if prior == "physical" else np.ones(columns.size))
     factor = np.diag(diagonal) if rule.plain_covariance else np.eye(columns.size)
     residuals, paths, done = factors.empty(columns.size), [], 0
     stride = max(1, -(-n * columns.size // LONGEST_PATH))
     for y, phi in _blocks(parts, model):
-        rows = np.ascontiguousarray((phi[:, used] / scales.equations[used, None] / columns).reshape(-1, columns.size))
-        left, path = np.ascontiguousarray((y / scales.equations)[:, used].ravel()), np.empty_like(rows)
+        rows = np.ascontiguousarray((phi[:, used] / equations[used, None] / columns).reshape(-1, columns.size))
+        left, path = np.ascontiguousarray((y / equations)[:, used].ravel()), np.empty_like(rows)
         rule.run(left, rows, used.size, theta, factor, diagonal, path)
         residuals = factors.fold(residuals, np.column_stack([rows, left]))
         paths.append(path[used.size - 1 :: used.size][(n - 1 - done) % stride :: stride] / columns)
