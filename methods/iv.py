@@ -169,8 +169,7 @@ def _solve(parts: Sequence[Rows]) -> Fit:
     used = np.array([any(np.any(phi[:, e]) for _, phi, _ in parts) for e in range(y.shape[1])])
     if not len(y) or not used.any():
         raise FitFailed("the regression has no finite, non-zero columns")
-    rms = np.sqrt((y**2).mean(axis=0))
-    rms = np.where(rms > 0.0, rms, 1.0)
+    rms = factors.divisors(np.sqrt((y**2).mean(axis=0)))
     found = _weighted(parts, np.where(used, 1.0 / rms, 0.0))
     if used.sum() > 1:
         sd = np.maximum(found.extra["residual_sd"], SMALLEST_RESIDUAL * rms)
@@ -215,8 +214,7 @@ def _moments(
 
 def _pseudo_inverse(matrix: np.ndarray) -> np.ndarray:
     """Pseudo-inverse by singular values, columns scaled to unit length."""
-    scale = np.linalg.norm(matrix, axis=0)
-    scale = np.where(scale > 0.0, scale, 1.0)
+    scale = factors.column_lengths(matrix)
     return pinv(matrix / scale, rcond=SMALLEST_SINGULAR) / scale[:, None]
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..datasets.record import Record
 from ..estimation.methods_only.tuning.space import Real
+from ..estimation.numerics import factors
 from ..estimation.records.gaps import unbroken_series
 from ..estimation.records.series import Series, noise_floor
 from ..estimation.regression.least_squares import LeastSquares
@@ -280,8 +281,7 @@ def prior_factor(source: LeastSquares, inflation: float) -> np.ndarray:
     per_coefficient = source.n / len(source.coefficients)
     smallest = float(np.min(ratio, where=np.isfinite(ratio), initial=1e12))
     widened = max(inflation**2, 0.01 * per_coefficient * smallest**2)
-    length = np.linalg.norm(source.null, axis=0)
-    undetermined = source.null / np.where(length > 0.0, length, 1.0) * (0.1 * np.linalg.norm(source.coefficients))
+    undetermined = source.null / factors.column_lengths(source.null) * (0.1 * np.linalg.norm(source.coefficients))
     return np.hstack([np.sqrt(widened) * source.half, undetermined])
 
 

@@ -310,8 +310,7 @@ def _best_start(
         pairs = zip(states, series, strict=True)
         rates = np.vstack([equations.rates(x, s.inputs, theta) for x, s in pairs])
         size = np.sqrt(np.mean(slopes**2, axis=0))
-        size = np.where(size > 0.0, size, np.sqrt(np.mean(rates**2, axis=0)))
-        size = np.where(size > 0.0, size, 1.0)
+        size = factors.divisors(np.where(size > 0.0, size, np.sqrt(np.mean(rates**2, axis=0))))
         cost = float(np.sum(((slopes - rates) / size) ** 2))
         if np.isfinite(cost) and (best is None or cost < best[0]):
             best = cost, theta, states, size

@@ -103,8 +103,7 @@ def total(factor: np.ndarray, n: int, noise: np.ndarray | None = None) -> tuple[
     FitFailed : the regressors are linearly dependent within their noise.
     """
     m = factor.shape[1] - 1
-    length = np.linalg.norm(factor, axis=0)
-    length = np.where(length > 0.0, length, 1.0)
+    length = factors.column_lengths(factor)
     noise = length if noise is None else noise
     exact, noisy = np.flatnonzero(noise[:m] == 0.0), np.flatnonzero(noise[:m] > 0.0)
     order = np.concatenate([exact, noisy, [m]])
