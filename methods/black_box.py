@@ -30,6 +30,7 @@ from ..models.errors import BadInput
 from ..models.model import Model
 from ..models.suggestions import near
 from .base import SCHEME, Wrapper
+from .learner import in_order
 from .options import Option, option, whole
 
 PREFIX = "sklearn:"
@@ -117,7 +118,7 @@ class BlackBox(Wrapper):
         return _unpickled, (self.name.removeprefix(PREFIX), self.get_params(deep=False))
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        parts, names = regression_samples(records, model, self.scheme), features_of(model)
+        parts, names = regression_samples(in_order(records), model, self.scheme), features_of(model)
         motions = [place for place, symbol in enumerate(model.regression_states) if symbol in names]
         x = np.vstack([np.column_stack([part.states[:, motions], part.inputs]) for part in parts])
         y = np.vstack([part.accelerations for part in parts])
