@@ -11,12 +11,12 @@ import numpy as np
 
 from ..datasets.record import Record
 from ..estimation.estimates.estimate import Estimate
-from ..estimation.methods_only.recursive.recursion import PRIORS, RecordStream, UpdateRule, prior_of, recursion
+from ..estimation.methods_only.recursive.recursion import PRIORS, UpdateRule, recursion
 from ..estimation.methods_only.regression.weighted import RegressionRows
 from ..estimation.methods_only.tuning.space import Domain
 from ..estimation.regression.samples import RegressionSamples
 from ..estimation.regression.schemes import SCHEMES, regression_samples
-from ..estimation.results.fit import Fit, blas_limited, numerical_guard, prepared, propagate
+from ..estimation.results.fit import Fit, numerical_guard, prepared, propagate
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.extras import extras_told
 from ..models.model import Model, resolve
@@ -100,45 +100,28 @@ class Method:
             setattr(self, name, value)
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Option name -> value.
-
-        With `deep`, also the options of values that have `get_params` themselves, as NAME__OPTION.
-        """
-        options = self._options()
-        nested = {
-            f"{name}__{inner}": setting
-            for name, value in (options.items() if deep else ())
-            if hasattr(value, "get_params") and not isinstance(value, type)
-            for inner, setting in value.get_params().items()
-        }
-        return options | nested
-
-    def _options(self) -> dict[str, Any]:
+        """Option name -> value; no option has options of its own, which `deep` would ask for."""
         return {name: getattr(self, name) for name in self.options}
 
     def set_params(self, **options: Any) -> Self:
-        """Change options in place; NAME__OPTION changes an option of the value of NAME.
+        """Change options in place.
 
         Raises
         ------
         BadInput : for an option the method does not have.
         """
         for name, value in options.items():
-            own, _, inner = name.partition("__")
-            if own not in self.options:
+            if name not in self.options:
                 hint = suggestion(name, list(self.options))
                 raise BadInput(f"method {self.name} has no option {name!r}", hint=hint)
-            if inner:
-                self.get_params(deep=False)[own].set_params(**{inner: value})
-            else:
-                self._set_option(name, value)
+            self._set_option(name, value)
         return self
 
     def _set_option(self, name: str, value: Any) -> None:
         setattr(self, name, value)
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.get_params(deep=False).items())})"
+        return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.get_params().items())})"
 
     def check_options(self) -> None:
         """Refuse impossible options; subclasses add checks of options that depend on each other.
@@ -151,7 +134,7 @@ class Method:
             raise BadInput(
                 f"method {self.name} has no variant {self.variant!r}", hint=f"known: {', '.join(self.variants)}"
             )
-        for name, value in self._options().items():
+        for name, value in self.get_params().items():
             self.options[name].check(value)
 
     def visible(self, model: Model) -> Model:
@@ -311,7 +294,7 @@ class RegressionMethod(Method):
 
 
 class RecursiveMethod(Method):
-    """Base of methods that are a recursion over the rows of a regression, and so may also run online.
+    """Base of methods that are a recursion over the rows of a regression.
 
     The function gives the `UpdateRule` of a run that begins with some samples, or a subclass has an `update_rule`.
     Several records are gone through one after the other; P and the coefficients are carried over.
@@ -330,62 +313,22 @@ class RecursiveMethod(Method):
         None,
         "difference scheme, see `helmbench.estimation.regression.schemes`; None: of central ('midpoint', the trapezoid "
         "for first-order equations) and forward differences those whose fits follow left-out windows of the records "
-        "best, in a stream central ones; for printed variants the papers' forward ones",
+        "best; for printed variants the papers' forward ones",
         DIFFERENCE,
     )
-    _stream: RecordStream | None = None
-
-    def _usual_scheme(self, records: Sequence[Record] = (), model: Model | None = None) -> str:
-        """Where none is stated: the papers' forward differences for a printed variant, else those that predict left-out
-        windows best; without records, as in a stream, central ones."""
-        from ..estimation.methods_only.regression.left_out import DIFFERENCES, best_difference
-
-        if self.variant == "as_printed":
-            return "forward"
-        return DIFFERENCES[0] if model is None else best_difference(records, model)
 
     def update_rule(self, parts: Sequence[RegressionSamples]) -> UpdateRule:
         """A new rule for a run that begins with the samples `parts`."""
         return self.computed(parts)
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        scheme = self.scheme or self._usual_scheme(records, model)
+        from ..estimation.methods_only.regression.left_out import DIFFERENCES, Scheme, best_scheme
+
+        usual = "forward" if self.variant == "as_printed" else None
+        scheme = self.scheme or usual or best_scheme(records, model, [*map(Scheme, DIFFERENCES)]).name
         parts = regression_samples(records, model, scheme)
-        prior = prior_of(self.p0, self.theta0, self.prior, len(model.coordinates))
-        found = recursion(parts, model, prior, self.update_rule(parts))
+        found = recursion(parts, model, self.update_rule(parts), self.p0, self.theta0, self.prior)
         return found._replace(extra={**found.extra, "scheme": scheme})
-
-    def partial_fit(self, chunk: Record, model: Model, scale_with: Sequence[Record] | None = None) -> Estimate | None:
-        """Take the next samples of a stream and return the estimate so far; None while there are too few.
-
-        Chunks of any length give the trajectory of the whole record: exactly with `prior='physical'`, or with
-        `scale_with` that record; otherwise the scaled prior takes its units from the first chunk.  A chunk that starts
-        before the last one ended begins a new run.  `reset`, or another model, starts from the beginning.
-
-        Raises
-        ------
-        CannotFit : a channel is missing.
-        FitFailed : the recursion has diverged.
-        BadInput : an option is impossible, the scheme needs the whole record, or the chunk is no record.
-        """
-        _records_of(chunk)
-        if self._stream is None or self._stream.model.id != model.id:
-            self.check_options()
-            prior = prior_of(self.p0, self.theta0, self.prior, len(model.coordinates))
-            scheme = self.scheme or self._usual_scheme()
-            self._stream = RecordStream(model, scheme, prior, self.update_rule, scale_with)
-        wall, cpu = time.perf_counter(), time.process_time()
-        with np.errstate(all="ignore"), blas_limited():
-            self._stream.add(chunk)
-            try:
-                fit = self._stream.fit()
-            except CannotFit:
-                return None
-        return self._wrap(fit, model, time.perf_counter() - wall, time.process_time() - cpu)
-
-    def reset(self) -> None:
-        """Forget the stream of `partial_fit`."""
-        self._stream = None
 
 
 class Wrapper(Method):
@@ -410,7 +353,7 @@ class Wrapper(Method):
             setattr(self, name, self.options[name].value)
         self.set_params(**options)
 
-    def _options(self) -> dict[str, Any]:
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
         return {name: getattr(self, name) for name in self.own} | self.inner_options
 
     def _set_option(self, name: str, value: Any) -> None:

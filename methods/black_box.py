@@ -4,14 +4,17 @@
     sklearn:SVR,C=100,epsilon=0.02
     sklearn:my_package.my_module.MyRegressor          any class that keeps scikit-learn's contract
 
-Features and targets: see `helmbench.estimation.methods_only.black_box.predictor`.  A black box has no parameters and is
-scored on its predictions only.
+A 3-DOF model gives the features u, v, r and the inputs, and the targets u_dot, v_dot, r_dot; a first-order response
+model r and the rudder, and r_dot; a second-order one r_dot, r, the rudder and its rate, and r_ddot.  Heading and
+position are no features: the ship's behaviour does not depend on them.  Features and targets are scaled to zero mean
+and unit variance first.  A black box has no parameters and is scored on its predictions only.
 """
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
 from typing import Any, ClassVar
@@ -19,7 +22,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..datasets.record import Record
-from ..estimation.methods_only.black_box.predictor import evenly_spaced, learn, training_rows
+from ..estimation.methods_only.black_box.scaled import Scaled, evenly_spaced, fit_scaled, unchecked
 from ..estimation.methods_only.tuning.space import Choice, Domain, Integer, Real
 from ..estimation.regression.schemes import regression_samples
 from ..estimation.results.fit import Fit
@@ -27,6 +30,7 @@ from ..models.errors import BadInput
 from ..models.model import Model
 from ..models.suggestions import near
 from .base import SCHEME, Wrapper
+from .learner import in_order
 from .options import Option, option, whole
 
 PREFIX = "sklearn:"
@@ -114,9 +118,13 @@ class BlackBox(Wrapper):
         return _unpickled, (self.name.removeprefix(PREFIX), self.get_params(deep=False))
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        x, y = training_rows(regression_samples(records, model, self.scheme), model)
+        parts, names = regression_samples(in_order(records), model, self.scheme), features_of(model)
+        motions = [place for place, symbol in enumerate(model.regression_states) if symbol in names]
+        x = np.vstack([np.column_stack([part.states[:, motions], part.inputs]) for part in parts])
+        y = np.vstack([part.accelerations for part in parts])
         chosen = evenly_spaced(len(x), self.rows or ROWS.get(self.regressor.__name__))
-        predictor = learn(x[chosen], y[chosen], self.new_regressor, model)
+        learnt = fit_scaled(x[chosen], y[chosen], self.new_regressor)
+        predictor = BlackBoxPredictor(tuple(model.states), tuple(model.inputs), names, learnt)
         return Fit(np.empty(0), predictor=predictor, extra={"rows": len(chosen)})
 
     def new_regressor(self, n_features: int) -> Any:
@@ -133,6 +141,64 @@ class BlackBox(Wrapper):
 
 def _unpickled(name: str, options: Mapping[str, Any]) -> BlackBox:
     return regressor(name)(**options)
+
+
+def features_of(model: Model) -> tuple[str, ...]:
+    """Symbols of the states and inputs that accelerations depend on."""
+    return *(symbol for symbol in model.regression_states if symbol not in ("psi", "x", "y")), *model.regression_inputs
+
+
+@dataclass(frozen=True)
+class BlackBoxPredictor:
+    """Accelerations learnt by regressors, integrated by RK4 with one step a sample and inputs linear in between.
+
+    `states` and `inputs` are the model's; `features` (d,) names what the accelerations `learnt` (k,) are functions of.
+    """
+
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    features: tuple[str, ...]
+    learnt: Scaled
+
+    def simulate(self, inputs: np.ndarray, dt: float, start: np.ndarray) -> np.ndarray:
+        """Free run, as `estimation.results.predictor.Predictor`; rows from where it diverges on are nan."""
+        states = np.full((len(inputs), len(start)), np.nan)
+        states[0] = start
+        with unchecked(), np.errstate(all="ignore"):
+            for k in range(len(inputs) - 1):
+                states[k + 1] = self._advance(states[k : k + 1], inputs[k : k + 1], inputs[k + 1 : k + 2], dt)[0]
+                if not np.isfinite(states[k + 1]).all():
+                    break
+        return states
+
+    def step(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
+        """One sample ahead of each row at once, as `estimation.results.predictor.Predictor`."""
+        with unchecked(), np.errstate(all="ignore"):
+            return self._advance(states, inputs[: len(states)], inputs[1 : len(states) + 1], dt)
+
+    def _advance(self, x: np.ndarray, before: np.ndarray, after: np.ndarray, dt: float) -> np.ndarray:
+        """States (B, n) dt later, inputs (B, nu) going from `before` to `after`."""
+        slope, half = (after - before) / dt, (before + after) / 2.0
+        k1 = self._rates(x, before, slope)
+        k2 = self._rates(x + 0.5 * dt * k1, half, slope)
+        k3 = self._rates(x + 0.5 * dt * k2, half, slope)
+        k4 = self._rates(x + dt * k3, after, slope)
+        return x + dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+    def _rates(self, x: np.ndarray, inputs: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        """State derivatives (B, n); q = r_dot stands in the place of w."""
+        state = dict(zip(("q" if name == "w" else name for name in self.states), x.T, strict=True))
+        current = dict(zip(self.inputs, inputs.T, strict=True))
+        current["delta_rate"] = slope[:, self.inputs.index("delta")]
+        known = state | current
+        found = self.learnt(np.column_stack([known[name] for name in self.features])).T
+        rates = {"psi": state["r"]}
+        if len(found) == 3:
+            u, v, cos, sin = state["u"], state["v"], np.cos(state["psi"]), np.sin(state["psi"])
+            rates |= {"u": found[0], "v": found[1], "r": found[2], "x": u * cos - v * sin, "y": u * sin + v * cos}
+        else:
+            rates |= {"q": found[0], "r": state["q"]} if "q" in state else {"r": found[0]}
+        return np.column_stack([rates[name] for name in state])
 
 
 MODULES = (

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..datasets.record import Record
+from ..estimation.methods_only.black_box.rows import whole_places
 from ..estimation.methods_only.black_box.state_space import Training, pasts, training_of
 from ..estimation.methods_only.tuning.space import Integer, Real
 from ..estimation.results.fit import Fit
@@ -113,15 +114,12 @@ def lift(training: Training, degree: int, output_lags: int, alpha: float, biline
 
 def _rows(training: Training, output_lags: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pasts (N, l (k + nu)), inputs (N, nu) and pasts one step on, of all steps that are whole with their past."""
-    s, back, found = training.stride, training.stride * (output_lags - 1), []
+    s, found = training.stride, []
     for part in training.parts:
-        place = np.arange(back, len(part.whole) - s)
-        if not place.size:
-            continue
-        lost = np.concatenate([[0], np.cumsum(~part.whole)])
-        place = place[lost[place + s + 1] == lost[place - back]]
-        past, ahead = (pasts(part, at, s, output_lags) for at in (place, place + s))
-        found.append((past, part.inputs[place], ahead))
+        place = whole_places(part.whole, s * (output_lags - 1), s)
+        if place.size:
+            past, ahead = (pasts(part, at, s, output_lags) for at in (place, place + s))
+            found.append((past, part.inputs[place], ahead))
     if not found:
         raise CannotFit(f"no record is as long as {output_lags + 1} steps")
     past, inputs, ahead = (np.vstack(blocks) for blocks in zip(*found, strict=True))

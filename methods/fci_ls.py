@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..datasets.record import Record
-from ..estimation.estimates.estimate import Estimate
 from ..estimation.methods_only.recursive.recursion import UpdateRule
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.regression.integrated import Roles, roles
 from ..estimation.regression.samples import RegressionSamples
 from ..estimation.regression.schemes import regression_samples
 from ..estimation.results.fit import Fit
-from ..models.errors import BadInput, CannotFit
+from ..models.errors import CannotFit
 from ..models.model import Model
 from .base import RecursiveMethod
 from .ls import common_step
@@ -77,7 +76,7 @@ class FciLs(RecursiveMethod):
 
     def _as_printed(self, records: Sequence[Record], model: Model) -> Fit:
         """The printed form on the difference equation r(t+1) = a1 r(t) + ..., with its columns as they are."""
-        from ..estimation.methods_only.recursive import _innovation_kernels as kernels
+        from ..estimation.methods_only.recursive import _kernels as kernels
 
         role, dt = roles(model), common_step(records)
         p = len(model.coordinates)
@@ -103,12 +102,6 @@ class FciLs(RecursiveMethod):
         time = np.arange(len(y)) * dt
         return Fit(path[-1], covariance, n_iterations=repeats, trajectory=path, trajectory_time_s=time)
 
-    def partial_fit(self, chunk: Record, model: Model, scale_with: Sequence[Record] | None = None) -> Estimate | None:
-        """As `RecursiveMethod.partial_fit`; BadInput for the printed variant, which only runs on whole records."""
-        if self.variant == "as_printed":
-            raise BadInput("the printed variant of fci-ls does not run online")
-        return super().partial_fit(chunk, model, scale_with)
-
 
 class LearningRule(UpdateRule):
     """The corrected update: gain beta of the P-type step, most repeats of a row, and tolerance in standard errors."""
@@ -118,7 +111,7 @@ class LearningRule(UpdateRule):
         self.counts = np.zeros(3)  # repeats, rows and the sum of their squared errors so far
 
     def run(self, y, h, per_sample: int, theta, factor, diagonal, path) -> None:
-        from ..estimation.methods_only.recursive import _innovation_kernels as kernels
+        from ..estimation.methods_only.recursive import _kernels as kernels
 
         kernels.iterative_learning(
             y, h, self.beta, SHARE, self.most, self.tolerance, theta, factor, diagonal, path, self.counts

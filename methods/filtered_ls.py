@@ -30,7 +30,7 @@ from ..estimation.regression.filtered import (
     stretches,
 )
 from ..estimation.regression.least_squares import equation_factors, least_squares
-from ..estimation.regression.samples import RegressionSamples, check_enough_rows, check_states, n_accelerations, table
+from ..estimation.regression.samples import RegressionSamples, check_enough_rows
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit
 from ..models.model import Model
@@ -133,7 +133,6 @@ def _scaled(walk: Walk, level: float) -> Walk:
 
 def _motions(model: Model) -> list[str]:
     """Symbols of the motions that are smoothed; yaw has the symbol r."""
-    check_states(model)
     return [s for s in ("u", "v", "r") if s in model.regression_states]
 
 
@@ -181,7 +180,7 @@ def _highest_derivative(model: Model, symbol: str) -> int:
 
 def _smoothed(record: Record, model: Model, walks: dict[str, Walk], level: float) -> RegressionSamples:
     """Smoothed states and accelerations of one stretch."""
-    states: dict[str, np.ndarray] = {s: np.zeros(record.n) for s in ("x", "y")}
+    states: dict[str, np.ndarray] = {}
     slopes: dict[str, np.ndarray] = {}
     inputs = {k: bridged(v, record.time_s) for k, v in inputs_of(record, model).items()}
     for symbol, walk in walks.items():
@@ -194,9 +193,7 @@ def _smoothed(record: Record, model: Model, walks: dict[str, Walk], level: float
             states["psi"], states["q"] = derivatives[:, 0], derivatives[:, 2]
             slopes["q"] = derivatives[:, min(3, walk.order - 1)]
             inputs["delta"], inputs["delta_rate"] = _smoothed_rudder(record, model, track, own).T
-    x = table(states, model.regression_states)
-    a = table(slopes, model.regression_states[: n_accelerations(model)])
-    return RegressionSamples(x, a, table(inputs, model.regression_inputs), record.time_s)
+    return RegressionSamples.of(model, states, slopes, inputs, record.time_s)
 
 
 def _smoothed_rudder(record: Record, model: Model, yaw: SmoothedTrack, walk: Walk) -> np.ndarray:

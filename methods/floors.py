@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..datasets.record import Record
-from ..estimation.methods_only.black_box.narx import one_ahead, whole_run
+from ..estimation.methods_only.black_box.narx import SteppedPredictor
 from ..estimation.methods_only.black_box.rows import outputs_of, signals_of
 from ..estimation.results.fit import Fit
 from ..models.errors import FitFailed
@@ -18,36 +18,22 @@ from .learner import black_box_fit, in_order
 
 
 @dataclass(frozen=True)
-class ConstantPredictor:
-    """Outputs (velocities and yaw rate) that do not change: `values`, nan for those of the initial state.
+class ConstantPredictor(SteppedPredictor):
+    """Outputs that do not change: `values`, nan for those of the initial state.
 
-    In a free run the outputs take these values from the sample after the first on; one sample ahead always.  See
-    `estimation.results.predictor.Predictor`.
+    In a free run the outputs take these values from the step after the first sample on; one sample ahead always.
     """
 
-    states: tuple[str, ...]
-    outputs: tuple[str, ...]
     values: tuple[float, ...]
 
-    def simulate(self, inputs: np.ndarray, dt: float, start: np.ndarray) -> np.ndarray:
-        """Free run, as `estimation.results.predictor.Predictor`."""
-        first = dict(zip(self.states, start, strict=True))
-        held = {name: np.full(len(inputs), value) for name, value in self._held(first).items()}
-        for name, run in held.items():
-            run[0] = first[name]
-        states = whole_run(self.states, start, held, dt)
-        states[0] = start
-        return states
+    def run(self, first: np.ndarray, driven: np.ndarray) -> np.ndarray:
+        return np.vstack([first, np.tile(self._held(first), (len(driven) - 1, 1))])
 
-    def step(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
-        """One sample ahead of each row, as `estimation.results.predictor.Predictor`."""
-        ahead = self._held(dict(zip(self.states, states.T, strict=True)))
-        return one_ahead(
-            self.states, states, {name: np.zeros(len(states)) + value for name, value in ahead.items()}, dt
-        )
+    def ahead(self, z: np.ndarray, inputs: np.ndarray, time: np.ndarray, dt: float) -> np.ndarray:
+        return self._held(z)
 
-    def _held(self, now: dict) -> dict:
-        return {n: now[n] if np.isnan(value) else value for n, value in zip(self.outputs, self.values, strict=True)}
+    def _held(self, outputs: np.ndarray) -> np.ndarray:
+        return np.where(np.isnan(self.values), outputs, self.values)
 
 
 @method("mean", "mean speeds and yaw rate of the training records", kind="floor")
@@ -61,7 +47,7 @@ def MeanRates(records: Sequence[Record], model: Model) -> Fit:
     means = np.concatenate([part.outputs for part in parts]).mean(axis=0)
     if not np.isfinite(means).all():
         raise FitFailed("the records' means are not finite")
-    return black_box_fit(ConstantPredictor(tuple(model.states), outputs_of(model), tuple(map(float, means))))
+    return _constant(model, parts[0].dt, means.tolist())
 
 
 @method("straight-line", "straight on at the initial speed, without turning", kind="floor")
@@ -70,7 +56,9 @@ def StraightLine(records: Sequence[Record], model: Model) -> Fit:
 
     One sample ahead, the speeds are those of the sample before.  Nothing is learnt from the training records.
     """
-    signals_of(records, model)  # records that no method can use are refused
-    outputs = outputs_of(model)
-    values = tuple(0.0 if name == "r" else np.nan for name in outputs)
-    return black_box_fit(ConstantPredictor(tuple(model.states), outputs, values))
+    parts = signals_of(in_order(records), model)  # records that no method can use are refused
+    return _constant(model, parts[0].dt, [0.0 if name == "r" else np.nan for name in outputs_of(model)])
+
+
+def _constant(model: Model, dt: float, values: Sequence[float]) -> Fit:
+    return black_box_fit(ConstantPredictor(tuple(model.states), outputs_of(model), dt, tuple(values)))

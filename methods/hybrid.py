@@ -8,9 +8,8 @@ from typing import Any, ClassVar
 from ..datasets.record import Record
 from ..estimation.estimates.estimate import Estimate
 from ..estimation.methods_only.black_box.hybrid import HybridPredictor, innovation_rows
-from ..estimation.methods_only.black_box.narx import fit_scaled
-from ..estimation.methods_only.black_box.predictor import evenly_spaced
 from ..estimation.methods_only.black_box.rows import Lags, signals_of
+from ..estimation.methods_only.black_box.scaled import evenly_spaced, fit_scaled
 from ..estimation.methods_only.tuning.space import Choice, Integer, Real
 from ..estimation.methods_only.tuning.tune import validation_of
 from ..estimation.results.fit import Fit

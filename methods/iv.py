@@ -169,8 +169,7 @@ def _solve(parts: Sequence[Rows]) -> Fit:
     used = np.array([any(np.any(phi[:, e]) for _, phi, _ in parts) for e in range(y.shape[1])])
     if not len(y) or not used.any():
         raise FitFailed("the regression has no finite, non-zero columns")
-    rms = np.sqrt((y**2).mean(axis=0))
-    rms = np.where(rms > 0.0, rms, 1.0)
+    rms = factors.divisors(np.sqrt((y**2).mean(axis=0)))
     found = _weighted(parts, np.where(used, 1.0 / rms, 0.0))
     if used.sum() > 1:
         sd = np.maximum(found.extra["residual_sd"], SMALLEST_RESIDUAL * rms)
@@ -215,8 +214,7 @@ def _moments(
 
 def _pseudo_inverse(matrix: np.ndarray) -> np.ndarray:
     """Pseudo-inverse by singular values, columns scaled to unit length."""
-    scale = np.linalg.norm(matrix, axis=0)
-    scale = np.where(scale > 0.0, scale, 1.0)
+    scale = factors.column_lengths(matrix)
     return pinv(matrix / scale, rcond=SMALLEST_SINGULAR) / scale[:, None]
 
 
@@ -248,20 +246,32 @@ def restarted_run(record: Record, model: Model, horizon_s: float | None = None) 
 
 
 def _states(model: Model, series: Series, horizon_s: float | None) -> np.ndarray:
-    """States (M, n) of the restarted run on the grid of the series."""
-    from ..estimation.methods_only.regression import _restart_kernels
-    from ..models.simulate import substeps, variant
+    """States (M, n) of the restarted run on the grid of the series.
 
-    m = len(series.inputs)
+    A run is simulated in pieces, each twice as long as the one before: the cost stays linear in the number of samples
+    however often it is restarted.
+    """
+    from ..models.simulate import simulate
+
+    m, columns = len(series.inputs), series.columns
     length = m if horizon_s is None else max(SHORTEST_HORIZON, round(horizon_s / series.dt))
     measured = np.full((m, len(model.states)), np.nan)
-    measured[series.index[:, None], series.columns] = series.outputs
+    measured[series.index[:, None], columns] = series.outputs
     far = FAR * np.maximum(np.nanstd(series.outputs, axis=0), 1e-12)
-    kernels, theta = variant(model, series.inputs.shape[1], model.theta)
-    count, states = substeps(model, series.dt), np.empty((m, len(model.states)))
-    _restart_kernels.restarted(
-        kernels.simulate, start_state(model, series, series.start), np.ascontiguousarray(series.inputs), theta,
-        series.dt / count, count, measured, np.asarray(series.columns, dtype=np.int64), far, length, SHORTEST_PIECE,
-        states,
-    )  # fmt: skip
+    states, state, first = np.empty_like(measured), start_state(model, series, series.start), 0
+    while first < m:
+        states[first], last, end, piece = state, first, min(first + length, m) - 1, SHORTEST_PIECE
+        while last < end:
+            run = simulate(model, series.inputs[last : min(last + piece, end) + 1], series.dt, states[last])[1:]
+            off = np.abs(run[:, columns] - measured[last + 1 : last + 1 + len(run), columns]) > far
+            near = np.isfinite(run).all(axis=1) & ~off.any(axis=1)
+            count = len(run) if near.all() else int(np.argmin(near))
+            states[last + 1 : last + 1 + count] = run[:count]
+            last, piece = last + count, 2 * piece
+            if count < len(run):
+                break
+        first = last + 1
+        if first < m:
+            known, before = np.isfinite(measured[first]), states[last]
+            state = np.where(known, measured[first], np.where(np.isfinite(before), before, 0.0))
     return states

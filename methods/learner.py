@@ -8,9 +8,9 @@ from typing import Any, ClassVar, cast
 import numpy as np
 
 from ..datasets.record import Record
-from ..estimation.methods_only.black_box.narx import learn_narx
-from ..estimation.methods_only.black_box.predictor import evenly_spaced
-from ..estimation.methods_only.black_box.rows import Lags, narx_rows, signals_of
+from ..estimation.methods_only.black_box.narx import NarxPredictor
+from ..estimation.methods_only.black_box.rows import Lags, narx_rows, outputs_of, signals_of
+from ..estimation.methods_only.black_box.scaled import evenly_spaced, fit_scaled
 from ..estimation.methods_only.tuning.space import Choice, Domain, Integer
 from ..estimation.methods_only.tuning.tune import tune
 from ..estimation.results.fit import Fit
@@ -107,12 +107,10 @@ class NarxLearner(Learner):
     def learn(self, records: Sequence[Record], model: Model) -> Fit:
         lags, parts = self.lags(), signals_of(records, model)
         x, y = narx_rows(parts, lags)
-        if self.rows is not None and len(x) > self.rows:
-            chosen = evenly_spaced(len(x), self.rows)
-            x, y = x[chosen], y[chosen]
-        symbols = lags.features(model)
-        predictor = learn_narx(x, y, lambda _: self.computed(symbols), model, lags, parts[0].dt)
-        return black_box_fit(predictor, rows=len(x))
+        chosen, symbols = evenly_spaced(len(x), self.rows), lags.features(model)
+        learnt = fit_scaled(x[chosen], y[chosen], lambda _: self.computed(symbols), symbols)
+        names = tuple(model.states), outputs_of(model)
+        return black_box_fit(NarxPredictor(*names, lags.stride * parts[0].dt, lags, learnt), rows=len(chosen))
 
 
 def black_box_fit(predictor: Predictor, **extra: Any) -> Fit:

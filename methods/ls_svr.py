@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
 from ..models.linear_algebra import pinv
 from ..models.model import Model
-from .base import method
+from .base import Method
 from .options import POSITIVE, option, words
 
 DOMAIN = (1e-2, 1e10)
@@ -82,24 +83,6 @@ DIFFERENCED = 20
 """Rows of differences whose errors may be correlated."""
 
 
-BuildRegressor = Callable[..., Any]
-"""Makes a scikit-learn regressor with constant `c`; a `rough` one (second argument), for speed, while C is chosen."""
-
-
-def regressors(weighted: bool, printed: bool) -> BuildRegressor:
-    """Regressors with standardised columns and without intercept, as printed the opposite; `weighted` ones remove
-    outliers and weight errors adaptively."""
-
-    def build(c: float, rough: bool = False) -> Any:
-        from ..estimation.methods_only.svr.estimators import LSSVR
-
-        limits: dict[str, Any] = {"max_iter": 10, "tol": 1e-3} if rough else {}
-        weighting = ("as_printed" if printed else "corrected") if weighted else None
-        return LSSVR(C=c, standardise=not printed, fit_intercept=printed, weighting=weighting, **limits)
-
-    return build
-
-
 @dataclass(frozen=True)
 class TrainingRows:
     """Rows of one regression problem: x (n, p), y (n,), all equations below each other.
@@ -160,7 +143,7 @@ def equation_scales(left: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def fit_svr(
-    rows: TrainingRows, build: BuildRegressor, c: float | None, tuner: str | Tuner, printed: bool, extra: dict[str, Any]
+    rows: TrainingRows, weighted: bool, printed: bool, c: float | None, tuner: str | Tuner, extra: dict[str, Any]
 ) -> Fit:
     """The regression of the rows as a method's result.
 
@@ -168,11 +151,16 @@ def fit_svr(
 
     Parameters
     ----------
-    build : makes the regressor.
+    weighted : whether outliers are removed and errors weighted adaptively.
+    printed : with intercept, columns as they are, and the training rows alone once C is chosen; else standardised
+        columns without intercept and all rows.
     c : regularisation constant; None chooses it by validation with `tuner`.
-    printed : whether the training rows alone are fitted once C is chosen; otherwise all are.
     extra : facts to add to `Fit.extra`.
     """
+    from ..estimation.methods_only.svr import LSSVR
+
+    weighting = ("as_printed" if printed else "corrected") if weighted else None
+    build = partial(LSSVR, standardise=not printed, fit_intercept=printed, weighting=weighting)
     p, used = rows.x.shape[1], np.flatnonzero(np.any(rows.x, axis=0))
     if len(rows.y) <= p or rows.training.all() or not rows.training.any():
         raise CannotFit(f"{len(rows.y)} usable regression rows for {p} coefficients")
@@ -180,7 +168,7 @@ def fit_svr(
     tune = TUNERS[tuner] if isinstance(tuner, str) else tuner
     tuned = TunedConstant(c, np.nan, 0) if c is not None else tune(_validation(rows, build), *DOMAIN)
     rows = rows.of(rows.training) if printed else rows
-    regressor = build(tuned.value).fit(rows.x, rows.y)
+    regressor = build(C=tuned.value).fit(rows.x, rows.y)
     coefficients, covariance = np.zeros(p), np.diag(np.full(p, np.inf))
     coefficients[used] = regressor.coef_
     covariance[np.ix_(used, used)] = _sandwich(rows, regressor)
@@ -196,15 +184,15 @@ def fit_svr(
     )
 
 
-def _validation(rows: TrainingRows, build: BuildRegressor) -> Callable[[float], float]:
-    """Objective for a tuner: root mean square error on the rows that are not trained on."""
+def _validation(rows: TrainingRows, build: Callable[..., Any]) -> Objective:
+    """Objective for a tuner: root mean square error on the rows that are not trained on, weights iterated roughly."""
     stride = max(1, -(-len(rows.y) // TUNED_ROWS))
     thin = rows.of(slice(None, None, stride))
     train, test = thin.of(thin.training), thin.of(~thin.training)
 
     def error(c: float) -> float:
         try:
-            fitted = build(c, rough=True).fit(train.x, train.y)
+            fitted = build(C=c, max_iter=10, tol=1e-3).fit(train.x, train.y)
         except (ValueError, np.linalg.LinAlgError):
             return np.inf
         return float(np.sqrt(np.mean((test.y - fitted.predict(test.x)) ** 2)))
@@ -247,63 +235,52 @@ TUNER: Any = option(
 )
 
 
-SCHEME: Any = option(
-    FILTER,
-    "'svf' (state-variable filter, its corner frequency chosen as in `svf-ls`), or a scheme of "
-    "`helmbench.estimation.regression.schemes`",
-    words("difference scheme", (FILTER, *SCHEMES)),
-)
-VARIANTS = ("corrected", "as_printed")
+class SvrMethod(Method):
+    """Base of both regressions on the model's equations; `weighted` ones remove outliers and weight errors."""
+
+    variants = ("corrected", "as_printed")
+    weighted: ClassVar[bool]
+    C: float | None = CONSTANT
+    scheme: str = option(
+        FILTER,
+        "'svf' (state-variable filter, its corner frequency chosen as in `svf-ls`), or a scheme of "
+        "`helmbench.estimation.regression.schemes`",
+        words("difference scheme", (FILTER, *SCHEMES)),
+    )
+    tuner: str | Tuner = TUNER
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        if self.scheme == FILTER:
+            found = best_corner(records, model)
+            parts, block, extra = found.rows, int(BLOCK_TIME / DENSE), {"omega_rad_s": found.omega}
+        else:
+            parts, block, extra = regression_samples(records, model, self.scheme), DIFFERENCED, {}
+        printed = self.variant == "as_printed"
+        rows = stacked_rows(parts, model, block, physical=printed)
+        return fit_svr(rows, self.weighted, printed, self.C, self.tuner, extra)
 
 
-@method("ls-svr", "least-squares support vector regression, linear kernel (paper 003)", variants=VARIANTS)
-def LsSvr(
-    records: Sequence[Record],
-    model: Model,
-    C: float | None = CONSTANT,
-    scheme: str = SCHEME,
-    tuner: str | Tuner = TUNER,
+class LsSvr(SvrMethod):
+    """Least-squares support vector regression with a linear kernel on the model's equations."""
+
+    name = "ls-svr"
+    title = "least-squares support vector regression, linear kernel (paper 003)"
+    weighted = False
     variant: str = option(
         "corrected",
         "'corrected' standardises the regressors, has no intercept (eq 29 has none) and fits all rows once C is "
         "chosen; 'as_printed' regularises in SI units, with intercept, and fits the first 60 % only",
-    ),
-) -> Fit:
-    """Least-squares support vector regression with a linear kernel on the model's equations."""
-    return _fit_records(records, model, False, C, scheme, tuner, variant)
+    )
 
 
-@method("rw-ls-svr", "robust weighted LS-SVR: MAD rule and adaptive weights (paper 003)", variants=VARIANTS)
-def RwLsSvr(
-    records: Sequence[Record],
-    model: Model,
-    C: float | None = CONSTANT,
-    scheme: str = SCHEME,
-    tuner: str | Tuner = TUNER,
+class RwLsSvr(SvrMethod):
+    """As `ls-svr`, with outliers removed by the MAD rule and adaptive weights on the errors."""
+
+    name = "rw-ls-svr"
+    title = "robust weighted LS-SVR: MAD rule and adaptive weights (paper 003)"
+    weighted = True
     variant: str = option(
         "corrected",
         "'corrected' applies the rule to residuals and iterates weights in |e| to convergence; 'as_printed' applies it "
         "to the highest derivative itself and weights once by signed errors.  Otherwise as in `ls-svr`",
-    ),
-) -> Fit:
-    """As `ls-svr`, with outliers removed by the MAD rule and adaptive weights on the errors."""
-    return _fit_records(records, model, True, C, scheme, tuner, variant)
-
-
-def _fit_records(
-    records: Sequence[Record],
-    model: Model,
-    weighted: bool,
-    c: float | None,
-    scheme: str,
-    tuner: str | Tuner,
-    variant: str,
-) -> Fit:
-    printed = variant == "as_printed"
-    if scheme == FILTER:
-        found = best_corner(records, model)
-        parts, block, extra = found.rows, int(BLOCK_TIME / DENSE), {"omega_rad_s": found.omega}
-    else:
-        parts, block, extra = regression_samples(records, model, scheme), DIFFERENCED, {}
-    rows = stacked_rows(parts, model, block, physical=printed)
-    return fit_svr(rows, regressors(weighted, printed), c, tuner, printed, extra)
+    )

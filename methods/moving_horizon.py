@@ -7,7 +7,7 @@ horizon: what they say of the coefficients and of the horizon's first state, lin
 It is kept as a triangular factor.  When the horizon moves, the rows of the stretch that leaves are folded into it, the
 state at the start of that stretch is eliminated, and a forgetting factor widens it.
 
-As in `filters.joint`, the first arrival cost comes from least squares and the process noise from the likelihood of the
+As in `kalman`, the first arrival cost comes from least squares and the process noise from the likelihood of the
 innovations, and every pass over the records starts from the last pass's coefficients with the first prior.  Sensors
 have the noise that the records show in the first pass, the residuals of the last pass in the others: a horizon that
 holds the whole record is the output-error problem.
@@ -29,15 +29,6 @@ from ..estimation.likelihood.linear_problem import NULL
 from ..estimation.likelihood.minimiser import levenberg_marquardt
 from ..estimation.likelihood.problem import Point, Problem, free_start_problem, sensor_sd_of
 from ..estimation.likelihood.shooting import ShootingProblem, shooting_problem, stretches_of
-from ..estimation.methods_only.filters.joint import (
-    NARROWER,
-    NEAR,
-    PROCESS,
-    best_noise,
-    largest_change,
-    prior_factor,
-    square_changes,
-)
 from ..estimation.methods_only.tuning.space import Integer, Real
 from ..estimation.numerics import factors
 from ..estimation.records.gaps import unbroken_series
@@ -49,6 +40,7 @@ from ..models.errors import BadInput, FitFailed
 from ..models.linear_algebra import pinv
 from ..models.model import Model
 from .base import Method
+from .kalman import NARROWER, NEAR, PROCESS, best_noise, largest_change, prior_factor, square_changes
 from .options import POSITIVE, SHARE, option, whole
 
 
@@ -311,7 +303,7 @@ def run_passes(
     Parameters
     ----------
     first : the first arrival cost of the coefficients (p,); later passes start from it, about other coefficients.
-    change : (n,) as in `filters.joint.best_noise`.
+    change : (n,) as in `kalman.best_noise`.
     """
     done: list[HorizonPass] = []
     c, sensor, levels = first.centre, sensor_sd_of(problem), PROCESS

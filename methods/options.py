@@ -11,7 +11,6 @@ plain value changes its default; one that declares it again changes what it stat
 from __future__ import annotations
 
 import inspect
-import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -23,7 +22,6 @@ import numpy as np
 from ..estimation.methods_only.tuning.space import Domain
 from ..models.errors import BadInput
 
-ENTRY = re.compile(r"^(?P<names>\w+(?:, \w+)*) : (?P<text>.*)$")
 SECTION = "Parameters\n----------\n"
 _UNSTATED: Any = object()
 
@@ -157,15 +155,11 @@ def declared_in(cls: type, inherited: Mapping[str, Option]) -> dict[str, Option]
 def options_of(cls: Any, declared: Mapping[str, Option]) -> dict[str, Option]:
     """Name -> option of a class's constructor: the declared ones where it takes any by `**`.
 
-    One that the class has of its own has the options that it names, with their meanings in the section `Parameters` of
-    the docstring, where they are not declared.
+    One that the class has of its own has the options that it names.
     """
-    meanings: dict[str, str] = {}
-    for base in reversed(cls.__mro__):
-        meanings |= documented(inspect.cleandoc(base.__doc__ or ""))
     _, *parameters = inspect.signature(cls.__init__).parameters.values()
     named = {
-        p.name: Option(p.name, p.default, meanings.get(p.name, ""), _switch(p.default), cls.search_space.get(p.name))
+        p.name: Option(p.name, p.default, "", _switch(p.default), cls.search_space.get(p.name))
         for p in parameters
         if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)
     }
@@ -173,23 +167,6 @@ def options_of(cls: Any, declared: Mapping[str, Option]) -> dict[str, Option]:
     found |= declared if any(p.kind is p.VAR_KEYWORD for p in parameters) else {}
     stated = vars(cls).get("search_space")
     return found if stated is None else {name: replace(one, domain=stated.get(name)) for name, one in found.items()}
-
-
-def documented(text: str) -> dict[str, str]:
-    """Option -> its text in the section `Parameters` of a docstring."""
-    _, _, rest = text.partition(SECTION)
-    found: dict[str, str] = {}
-    names: list[str] = []
-    for line in rest.splitlines():
-        entry = ENTRY.match(line)
-        if entry:
-            names = entry["names"].split(", ")
-            found |= dict.fromkeys(names, entry["text"])
-        elif line.startswith(" ") and names:
-            found |= {name: f"{found[name]} {line.strip()}" for name in names}
-        else:
-            break
-    return found
 
 
 def with_options(text: str, options: Iterable[Option]) -> str:

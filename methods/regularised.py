@@ -8,6 +8,7 @@ import numpy as np
 
 from ..estimation.methods_only.regression.weighted import RegressionRows
 from ..estimation.methods_only.tuning.space import Choice, Real
+from ..estimation.numerics import factors
 from ..estimation.results.fit import Fit
 from ..models.linear_algebra import svd
 from .base import RegressionMethod, method
@@ -122,8 +123,7 @@ def _spectrum(factor: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, f
     they are, and the squares of the left side that no column explains.
     """
     a, b = factor[:, :-1], factor[:, -1]
-    length = np.linalg.norm(a, axis=0)
-    length = np.where(length > 0.0, length, 1.0)
+    length = factors.column_lengths(a)
     u, s, vt = svd(a / length, full_matrices=False)
     scores = u.T @ b
     return s, scores, vt.T / length[:, None], max(float(b @ b - scores @ scores), 0.0)

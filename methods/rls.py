@@ -113,7 +113,7 @@ class MultiInnovationRule(UpdateRule):
         if self.plain_covariance:
             self._run_as_printed(y, h, first, per_sample, theta, factor, path)
         else:
-            from ..estimation.methods_only.recursive._innovation_kernels import multi_innovation
+            from ..estimation.methods_only.recursive._kernels import multi_innovation
 
             omegas = np.array(self.omega, float)
             if omegas.size not in (0, per_sample):  # an equation without unknowns has been left out

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
+from ..estimation.likelihood.loss import Loss
 from ..estimation.methods_only.regression.weighted import RegressionRows, Reweighted, reweighted
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.numerics import factors
@@ -13,44 +14,32 @@ from ..estimation.results.fit import Fit
 from .base import RegressionMethod, method
 from .options import POSITIVE, number, option, whole
 
-Weight = Callable[[np.ndarray], np.ndarray]
-"""Scaled residuals -> weights in [0, 1], of the same shape."""
 EFFICIENT = 1.345
 """Huber's k with 95 % efficiency on Gaussian noise."""
 OUTLIER = 0.5
 """Weight below which a residual counts as an outlier."""
 
 
-def huber_weight(k: float) -> Weight:
-    """Weights min(1, k/|e|) of scaled residuals e."""
-    return lambda e: k / np.maximum(np.abs(e), k)
-
-
-def biweight(k: float) -> Weight:
-    """Tukey's weights (1 - (e/k)^2)^2 of scaled residuals e, zero beyond k."""
-    return lambda e: np.maximum(1.0 - (e / k) ** 2, 0.0) ** 2
-
-
 def huber_estimate(rows: RegressionRows) -> Reweighted:
     """Huber's estimate from that of least squares: the start of the other robust methods."""
-    return reweighted(rows, rows.start.coefficients, huber_weight(EFFICIENT))
+    return reweighted(rows, rows.start.coefficients, Loss("huber", EFFICIENT).weight)
 
 
-def m_estimate(rows: RegressionRows, weight: Weight, start: Reweighted | None = None) -> Fit:
+def m_estimate(rows: RegressionRows, loss: Loss, start: Reweighted | None = None) -> Fit:
     """M-estimate with its asymptotic covariance.
 
     start : estimate that a loss with several minima starts from, whose scale of the residuals is kept; None starts
     from least squares and computes the scale again in each iteration.
     """
     if start is None:
-        found, before = reweighted(rows, rows.start.coefficients, weight), 0
+        found, before = reweighted(rows, rows.start.coefficients, loss.weight), 0
     else:
-        found, before = reweighted(rows, start.solution.x, weight, start.scale), start.n_iterations
+        found, before = reweighted(rows, start.solution.x, loss.weight, start.scale), start.n_iterations
     solution, count = found.solution, before + found.n_iterations
-    weights = weight(rows.residuals(solution.x) / found.scale)
+    weights = loss.weight(rows.residuals(solution.x) / found.scale)
     return Fit(
         solution.x,
-        m_covariance(rows, found.scale, solution.x, weight),
+        m_covariance(rows, found.scale, solution.x, loss),
         found.converged,
         "" if found.converged else f"not converged after {count} iterations",
         count,
@@ -62,25 +51,16 @@ def m_estimate(rows: RegressionRows, weight: Weight, start: Reweighted | None = 
     )
 
 
-def m_covariance(rows: RegressionRows, scale: np.ndarray, c: np.ndarray, weight: Weight) -> np.ndarray:
+def m_covariance(rows: RegressionRows, scale: np.ndarray, c: np.ndarray, loss: Loss) -> np.ndarray:
     """Asymptotic covariance (p, p) of an M-estimate c (p,): E psi^2/(E psi')^2 times that of least squares.
 
     scale (k,) is the spread of the residuals of each equation.
     """
     residuals = rows.residuals(c) / scale
-    square, slope = psi_moments(residuals, weight)
+    slope, square = loss.moments(residuals)
     solution = factors.solve(rows.factor(1.0 / scale**2))
     factor = square / max(slope, 1e-3) ** 2 * residuals.size / max(residuals.size - solution.rank, 1)
     return solution.covariance * factor
-
-
-def psi_moments(residuals: np.ndarray, weight: Weight) -> tuple[float, float]:
-    """Means of psi(e)^2 and psi'(e) over scaled residuals (N, k), psi(e) = e w(e); psi' by a central difference."""
-    h = 1e-5
-    high, low = residuals + h, residuals - h
-    slope = (high * weight(high) - low * weight(low)) / (2.0 * h)
-    square = (residuals * weight(residuals)) ** 2
-    return float(square.mean()), float(slope.mean())
 
 
 @method("huber", "robust regression: Huber's M-estimator", RegressionMethod)
@@ -100,7 +80,7 @@ def Huber(
     residuals is 1.4826 times their median size, computed again in each iteration.  Huber 1964, Annals of Mathematical
     Statistics 35.
     """
-    return m_estimate(rows, huber_weight(k))
+    return m_estimate(rows, Loss("huber", k))
 
 
 @method("tukey", "robust regression: Tukey's biweight, started from Huber's estimate", RegressionMethod)
@@ -118,7 +98,7 @@ def Tukey(
     The loss is not convex: the iteration starts from Huber's estimate and keeps the scale of the residuals found
     there.  Gross outliers have no weight at all.  Beaton & Tukey 1974, Technometrics 16.
     """
-    return m_estimate(rows, biweight(k), start=huber_estimate(rows))
+    return m_estimate(rows, Loss("tukey", k), start=huber_estimate(rows))
 
 
 SAMPLE = 600

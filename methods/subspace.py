@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..datasets.record import Record
-from ..estimation.methods_only.black_box.rows import Signals
+from ..estimation.methods_only.black_box.rows import Signals, whole_places
 from ..estimation.methods_only.black_box.state_space import Training, pasts, training_of
 from ..estimation.methods_only.tuning.space import Integer
 from ..estimation.results.fit import Fit
@@ -108,15 +108,11 @@ def _rows(training: Training, steps: int) -> tuple[np.ndarray, np.ndarray, np.nd
     """Pasts (N, q), future inputs (N, f nu) and outputs (N, f k) of samples with `steps` whole steps on both sides."""
     s, found = training.stride, []
     for part in training.parts:
-        place = np.arange(s * steps, len(part.whole) - s * steps)
+        place = whole_places(part.whole, s * steps, s * steps)
         if place.size:
-            lost = np.concatenate([[0], np.cumsum(~part.whole)])
-            place = place[lost[place + s * steps + 1] == lost[place - s * steps]]
             ahead = place[:, None] + s * np.arange(steps + 1)
             w, z = part.inputs[ahead[:, :-1]], part.outputs[ahead[:, 1:]]
-            found.append(
-                (pasts(part, place, s, steps), w.reshape(len(place), -1), z.reshape(len(place), -1)),
-            )
+            found.append((pasts(part, place, s, steps), w.reshape(len(place), -1), z.reshape(len(place), -1)))
     n = sum(len(past) for past, _, _ in found)
     k, nu = training.parts[0].outputs.shape[1], training.parts[0].inputs.shape[1]
     unknowns = steps * (k + 2 * nu) + 1

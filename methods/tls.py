@@ -56,14 +56,11 @@ def Tls(
 
 def _groups(rows: RegressionRows) -> list[list[int]]:
     """Groups of equations (indices into `rows.used`) that share coefficients."""
-    uses = [set(np.flatnonzero(np.any(rows.equations[e][:, :-1] != 0.0, axis=0)).tolist()) for e in rows.used]
-    groups: list[tuple[list[int], set[int]]] = []
-    for e, own in enumerate(uses):
-        shared = [group for group in groups if group[1] & own]
-        members = [e, *(i for group in shared for i in group[0])]
-        groups = [group for group in groups if not group[1] & own]
-        groups.append((sorted(members), own.union(*(group[1] for group in shared))))
-    return [members for members, _ in groups]
+    from scipy.sparse.csgraph import connected_components
+
+    uses = np.any(rows.equations[rows.used][:, :, :-1] != 0.0, axis=1).astype(int)
+    count, labels = connected_components(uses @ uses.T, directed=False)
+    return [np.flatnonzero(labels == label).tolist() for label in range(count)]
 
 
 def _column_noise(rows: RegressionRows, group: list[int], columns: np.ndarray) -> np.ndarray:
@@ -106,8 +103,7 @@ def total(factor: np.ndarray, n: int, noise: np.ndarray | None = None) -> tuple[
     FitFailed : the regressors are linearly dependent within their noise.
     """
     m = factor.shape[1] - 1
-    length = np.linalg.norm(factor, axis=0)
-    length = np.where(length > 0.0, length, 1.0)
+    length = factors.column_lengths(factor)
     noise = length if noise is None else noise
     exact, noisy = np.flatnonzero(noise[:m] == 0.0), np.flatnonzero(noise[:m] > 0.0)
     order = np.concatenate([exact, noisy, [m]])

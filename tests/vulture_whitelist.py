@@ -1,5 +1,7 @@
 """Names that are used, but not where vulture looks for it: by users, by other packages, or through `_asdict`."""
 
+from inspect import signature
+
 from joblib.externals.loky import process_executor
 
 from helmbench.bench.exam.key import Key
@@ -15,9 +17,11 @@ from helmbench.diagnosis.contract import check_cause
 from helmbench.estimation.estimates.estimate import Estimate
 from helmbench.estimation.methods_only.tuning.abc import ABCSampler
 from helmbench.methods import contract
-from helmbench.methods.base import RecursiveMethod
+from helmbench.methods.base import Method
 from helmbench.methods.output_error import Interval
 from helmbench.models.lanes import open_loops
+
+deep = signature(Method.get_params).parameters["deep"]
 
 USED = (
     ABCSampler.infer_relative_search_space,  # by Optuna
@@ -32,7 +36,7 @@ USED = (
     ProblemsFile.schema_version,
     MergedFile.journal,
     RecordMeta.reference_point,  # by the sidecar of a record
-    RecursiveMethod.reset,  # by users of partial_fit
+    deep,  # given by scikit-learn
     Estimate.to_dataframe,  # by users
     Record.from_dataframe,
     Record.to_dataframe,

@@ -1,7 +1,7 @@
 """Every method of helmbench as a model of identibench: `build_model(context)` -> callable (u, y_init, attrs) -> y.
 
 A model is run from the state at the end of the initial window, with the inputs that follow.  The state is smoothed
-from the window alone, as for helmbench's errors ahead (`estimation.observers.smoothed_states`); what the window does
+from the window alone, as for helmbench's errors ahead (`estimation.observers.smoothing`); what the window does
 not measure is that of a run through the window.  The predictions within the window are those of that run, not the
 samples that were given.  A window of fewer than 16 samples gives the free run from its first sample, as helmbench's
 scores have it.
@@ -24,8 +24,7 @@ from ...datasets.instruments import hull_record
 from ...datasets.record import Record, RecordMeta
 from ...datasets.signals import integral
 from ...estimation.estimates.estimate import Estimate, predictor_of
-from ...estimation.observers.smoothed_states import smoothed_states
-from ...estimation.observers.smoothing import SHORTEST
+from ...estimation.observers.smoothing import SHORTEST, smoothed_states
 from ...estimation.records.series import series_of
 from ...estimation.run.run import as_shown
 from ...estimation.run.stretch import SYMBOLS

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from ...estimation.observers.smoothed_states import smoothed_states
+from ...estimation.observers.smoothing import smoothed_states
 from ...estimation.records.gaps import SHORTEST, parts_of
 from ...estimation.records.series import samples
 

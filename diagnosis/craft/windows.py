@@ -18,7 +18,7 @@ import numpy as np
 from ...datasets.columns import TWIN
 from ...datasets.instruments import felt_rudder
 from ...datasets.signals import bridged, lagged, sensor_sd
-from ...estimation.observers.smoothed_states import smoothed_states
+from ...estimation.observers.smoothing import smoothed_states
 from ...estimation.records.gaps import SHORTEST, parts_of
 from ...estimation.records.series import inputs_of, samples, speed_of, yaw_rate_of
 from ...models.errors import CannotFit

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, create_model
 
 from ...models.yaml_file import FileContent, Positive, Text, needs
+from .given import DISTANCES, OVERSHOOT
 
 Angle = Annotated[float, Field(strict=True, gt=0.0, lt=180.0), needs("an angle above 0 and below 180 degrees")]
 Share = Annotated[float, Field(strict=True, gt=0.0, le=1.0), needs("a share above 0, at most 1")]
@@ -16,31 +17,15 @@ Knots = Annotated[float, Field(strict=True, ge=0.01, le=200.0), needs("a speed f
 Rate = Annotated[float, Field(strict=True, gt=0.0, le=1000.0), needs("a rate above 0, at most 1000 deg/s")]
 
 
-class Numbers(FileContent):
-    """Indices by name and unit; each is left out or stands in one of its units."""
-
-    advance_m: Positive | None = None
-    advance_lengths: Positive | None = None
-    advance_cables: Positive | None = None
-    transfer_m: Positive | None = None
-    transfer_lengths: Positive | None = None
-    transfer_cables: Positive | None = None
-    tactical_diameter_m: Positive | None = None
-    tactical_diameter_lengths: Positive | None = None
-    tactical_diameter_cables: Positive | None = None
-    final_diameter_m: Positive | None = None
-    final_diameter_lengths: Positive | None = None
-    final_diameter_cables: Positive | None = None
-    initial_turning_m: Positive | None = None
-    initial_turning_lengths: Positive | None = None
-    initial_turning_cables: Positive | None = None
-    speed_ratio: Share | None = None
-    steady_speed_m_s: Speed | None = None
-    steady_speed_kn: Knots | None = None
-    yaw_rate_deg_s: Rate | None = None
-    yaw_rate_deg_min: Positive | None = None
-    first_overshoot_deg: Angle | None = None
-    second_overshoot_deg: Angle | None = None
+UNITS = {
+    **{f"{name}_{unit}": Positive for name in DISTANCES for unit in ("m", "lengths", "cables")},
+    **{"speed_ratio": Share, "steady_speed_m_s": Speed, "steady_speed_kn": Knots},
+    **{"yaw_rate_deg_s": Rate, "yaw_rate_deg_min": Positive},
+    **{f"{name}_deg": Angle for name in OVERSHOOT},
+}
+"""Index by name and unit -> what it may be; each is left out or stands in one of its units."""
+_fields: dict[str, Any] = {key: (kind | None, None) for key, kind in UNITS.items()}
+Numbers: Any = create_model("Numbers", __base__=FileContent, **_fields)
 
 
 class Accuracy(Numbers):

@@ -16,14 +16,13 @@ import numpy as np
 
 from ...datasets.signals import sensor_sd
 from ...models.display import html_table
-from ...models.errors import CannotFit, FitFailed
+from ...models.errors import CannotFit
 from ...models.linear_algebra import svd
 from ..likelihood.linear_problem import NULL
-from ..likelihood.output_error import identify
 from ..likelihood.unknowns import Unknowns
 from ..numerics import factors
 from ..records.series import MEASURED, samples
-from ..results.fit import blas_limited, numerical_guard, prepared
+from ..results.fit import blas_limited, prepared
 from .bounds import information
 from .design import candidate_information, information_gain
 
@@ -214,7 +213,7 @@ def identifiability(
 
     Parameters
     ----------
-    model : with the coefficients at which to compute the bounds; unknown ones are identified by output error first.
+    model : with the coefficients at which to compute the bounds.
     records : inputs, sampling, gaps and initial states are taken from them.
     noise_sd : standard deviation by channel name; None estimates it from the records.
     manoeuvres : texts of further manoeuvres to compare, simulated with the model for as long as the longest record;
@@ -222,12 +221,10 @@ def identifiability(
 
     Raises
     ------
-    CannotFit : the records do not suit the model, or all parameters are zero.
-    FitFailed : unknown coefficients could not be identified.
+    CannotFit : the records do not suit the model, it has no coefficients, or all parameters are zero.
     BadInput : a manoeuvre or a channel of the noise is not known.
     """
     records = prepared(records, model)
-    model = model if model.known else _identified(model, records)
     noise = dict(noise_sd) if noise_sd is not None else noise_of(records)
     scale, values, names, units = _published(model)
     with blas_limited(), np.errstate(all="ignore"):
@@ -246,16 +243,6 @@ def identifiability(
             candidates.append(CandidateManoeuvre(text, float(np.nanmedian(bounds)), float(np.nanmax(bounds)), gain))
     order = sorted(candidates, key=lambda c: -c.information)
     return Identifiability(model.id, noise, parameters, groups, tuple(order))
-
-
-def _identified(model: Model, records: Sequence[Record]) -> Model:
-    """The model with the coefficients of an output-error fit."""
-    with numerical_guard():
-        outcome = identify(records, model.blanked())
-        coefficients = outcome.problem.coefficients(outcome.minimum.z)
-    if not np.isfinite(coefficients).all():
-        raise FitFailed("the estimate is not finite")
-    return model.with_coefficients(coefficients)
 
 
 def _gain(now: np.ndarray, more: np.ndarray) -> float:

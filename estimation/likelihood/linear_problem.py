@@ -31,8 +31,7 @@ class LinearProblem:
 
     def __init__(self, factor: np.ndarray, length: np.ndarray | None = None) -> None:
         self.a, self.b = factor[:, :-1], factor[:, -1]
-        full = np.linalg.norm(self.a, axis=0) if length is None else length
-        self.length = np.where(full > 0.0, full, 1.0)
+        self.length = factors.column_lengths(self.a) if length is None else length
         u, s, vt = svd(self.a / self.length, full_matrices=False)
         kept = s > NULL * s[0]
         self.singular, self.projected = s[kept], (u.T @ self.b)[kept]
@@ -122,7 +121,7 @@ class Arrow:
         """Number of directions of the own unknowns that the rows determine."""
         found = 0
         for own in self.own:
-            length = _unit(np.linalg.norm(own.triangle, axis=1))
+            length = factors.divisors(np.linalg.norm(own.triangle, axis=1))
             found += int(matrix_rank(own.triangle / length[:, None, :]).sum())
         return found
 
@@ -134,8 +133,8 @@ class LinearArrow:
         self.arrow, self.n = arrow, arrow.shared.shape[1] - 1
         squares = (arrow.shared[:, :-1] ** 2).sum(axis=0)
         squares += sum((own.shared[:, :, :-1] ** 2).sum(axis=(0, 1)) for own in arrow.own)
-        self.length = _unit(np.sqrt(squares))
-        self.lengths = [_unit(np.linalg.norm(own.triangle, axis=1)) for own in arrow.own]
+        self.length = factors.divisors(np.sqrt(squares))
+        self.lengths = [factors.divisors(np.linalg.norm(own.triangle, axis=1)) for own in arrow.own]
         self.width = self.n + sum(own.places.size for own in arrow.own)
 
     def step(self, damping: float) -> tuple[np.ndarray, float]:
@@ -172,7 +171,3 @@ def _eliminated(own: Own, length: np.ndarray, damping: float) -> tuple[np.ndarra
     rest = np.zeros((count, free, width))
     rest[:, : found.shape[1] - free] = found[:, free:, free:]
     return found[:, :free, :free], found[:, :free, free:], rest
-
-
-def _unit(length: np.ndarray) -> np.ndarray:
-    return np.where(length > 0.0, length, 1.0)

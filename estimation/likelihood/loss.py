@@ -16,10 +16,11 @@ of freedom of Student's distribution."""
 
 
 class Loss(NamedTuple):
-    """rho(u) of standardised residuals u: `huber` (quadratic up to `tuning`, then linear) or `student` (the negative
-    log density of Student's t with `tuning` degrees of freedom).
+    """rho(u) of standardised residuals u: `huber` (quadratic up to `tuning`, then linear), `student` (the negative log
+    density of Student's t with `tuning` degrees of freedom) or `tukey` (the biweight, level beyond `tuning`).
 
-    Huber 1964, Ann. Math. Stat. 35, 73; Lange, Little & Taylor 1989, J. Am. Stat. Assoc. 84, 881.
+    Huber 1964, Ann. Math. Stat. 35, 73; Lange, Little & Taylor 1989, J. Am. Stat. Assoc. 84, 881; Beaton & Tukey 1974,
+    Technometrics 16, 147.
     """
 
     kind: str
@@ -29,18 +30,25 @@ class Loss(NamedTuple):
         if self.kind == "huber":
             size = np.abs(u)
             return np.where(size <= self.tuning, 0.5 * u**2, self.tuning * (size - 0.5 * self.tuning))
+        if self.kind == "tukey":
+            return self.tuning**2 / 6.0 * (1.0 - np.maximum(1.0 - (u / self.tuning) ** 2, 0.0) ** 3)
         return 0.5 * (self.tuning + 1.0) * np.log1p(u**2 / self.tuning)
 
     def weight(self, u: np.ndarray) -> np.ndarray:
         """rho'(u)/u, the weight of a residual's square."""
         if self.kind == "huber":
             return self.tuning / np.maximum(np.abs(u), self.tuning)
+        if self.kind == "tukey":
+            return np.maximum(1.0 - (u / self.tuning) ** 2, 0.0) ** 2
         return (self.tuning + 1.0) / (self.tuning + u**2)
 
     def curvature(self, u: np.ndarray) -> np.ndarray:
         """rho''(u)."""
         if self.kind == "huber":
             return (np.abs(u) <= self.tuning).astype(float)
+        if self.kind == "tukey":
+            inside = np.maximum(1.0 - (u / self.tuning) ** 2, 0.0)
+            return inside * (5.0 * inside - 4.0)
         return (self.tuning + 1.0) * (self.tuning - u**2) / (self.tuning + u**2) ** 2
 
     @property

@@ -46,7 +46,7 @@ def identify(
     max_iterations: int = 60,
     shooting: int = 1,
 ) -> Outcome:
-    """Output-error fit of records from least-squares starts; arguments as in `search.fit_output_error`.
+    """Output-error fit of records from least-squares starts; arguments as in `fit_output_error`.
 
     Records are cut at long gaps and splices: every stretch has an initial state of its own.
 

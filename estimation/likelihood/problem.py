@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -184,13 +184,7 @@ class Problem:
         """
         if sum(s.n_outputs for s in self.series) * (self.width + 1) > MOST_NUMBERS:
             return None
-        rows, (model, runs, jacobian) = [], self._linearised(point)
-        for i, (s, state, free, place) in enumerate(runs):
-            found = free_run.output_rows(model, s, state, free, None if point.weights is None else point.weights[i])
-            for column, part in zip(s.columns, found, strict=True):
-                rows.append(free_run.embed(part, jacobian, self.n_parameters, place, self.width))
-                rows[-1] /= point.sd[column]
-        return np.vstack([*rows, *self._prior_rows(point.z)])
+        return np.vstack(self._wide(point, 1.0 / point.sd, point.weights, free_run.output_rows))
 
     def residuals(self, z: np.ndarray, point: Point) -> np.ndarray:
         """Residuals (M,) of `rows` at unknowns z, in the weights of a point; not finite where a run diverges."""
@@ -235,13 +229,20 @@ class Problem:
         return model, runs, jacobian
 
     def _folded(self, point: Point, scale: np.ndarray, weights: tuple[np.ndarray, ...] | None) -> np.ndarray:
-        model, runs, jacobian = self._linearised(point)
-        rows = [factors.empty(self.width), *self._prior_rows(point.z)]
-        for i, (s, state, free, place) in enumerate(runs):
-            found = free_run.output_factors(model, s, state, free, None if weights is None else weights[i])
-            for column, factor in zip(s.columns, found, strict=True):
-                rows.append(scale[column] * free_run.embed(factor, jacobian, self.n_parameters, place, self.width))
+        rows = self._wide(point, scale, weights, free_run.output_factors)
         return factors.fold(factors.empty(self.width), np.vstack(rows))
+
+    def _wide(
+        self, point: Point, scale: np.ndarray, weights: tuple[np.ndarray, ...] | None, of_outputs: Callable[..., Any]
+    ) -> list[np.ndarray]:
+        """What `of_outputs` gives for each run, scaled (n,), in the columns of all unknowns; then the prior."""
+        rows, (model, runs, jacobian) = [], self._linearised(point)
+        for i, (s, state, free, place) in enumerate(runs):
+            found = of_outputs(model, s, state, free, None if weights is None else weights[i])
+            for column, part in zip(s.columns, found, strict=True):
+                rows.append(free_run.embed(part, jacobian, self.n_parameters, place, self.width))
+                rows[-1] *= scale[column]
+        return [*rows, *self._prior_rows(point.z)]
 
     def _prior_rows(self, z: np.ndarray) -> list[np.ndarray]:
         if self.unknowns is None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...models.linear_algebra import lstsq, pinv
 from ...models.model import Model
+from ..numerics import factors
 from ..regression.least_squares import LeastSquares
 
 STEP = 1e-6
@@ -118,8 +119,7 @@ class Unknowns:
         prior = self.prior_rows(full[self.estimated])
         a = np.vstack([left[:, self.estimated], prior[:, :-1]])
         b = np.concatenate([right - left @ shift, prior[:, -1]])
-        length = np.linalg.norm(a, axis=0)
-        length = np.where(length > 0.0, length, 1.0)
+        length = factors.column_lengths(a)
         y = full[self.estimated] + lstsq(a / length, b, rcond=1e-12) / length
         return self.clipped(y) if np.isfinite(y).all() else None
 

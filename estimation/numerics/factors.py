@@ -63,6 +63,16 @@ def _of_both(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.qr(np.concatenate([one, other], axis=-2), mode="r"))
 
 
+def divisors(sizes: np.ndarray) -> np.ndarray:
+    """Sizes (...) to divide by: 1 in the place of those that are not above zero."""
+    return np.where(sizes > 0.0, sizes, 1.0)
+
+
+def column_lengths(rows: np.ndarray) -> np.ndarray:
+    """Euclidean lengths (m,) of columns (N, m), 1 of those that are zero."""
+    return divisors(np.linalg.norm(rows, axis=0))
+
+
 def empty(columns: int) -> np.ndarray:
     """Factor of no rows for `columns` unknowns and one right-hand side."""
     return np.zeros((0, columns + 1))
@@ -94,8 +104,7 @@ def solve(factor: np.ndarray, tolerance: float | None = None) -> Solution:
     tolerance is the rounding level of the factor.
     """
     a, b = factor[:, :-1], factor[:, -1]
-    scale = np.linalg.norm(a, axis=0)
-    scale = np.where(scale > 0.0, scale, 1.0)
+    scale = column_lengths(a)
     u, s, vt = svd(a / scale, full_matrices=True)
     m = a.shape[1]
     limit = (np.finfo(float).eps * max(m, 10) if tolerance is None else tolerance) * (s[0] if s.size else 0.0)

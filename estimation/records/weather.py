@@ -66,14 +66,8 @@ def _mean_flows(record: Record, model: Model, low: np.ndarray, high: np.ndarray)
 
 def _means(time: np.ndarray, values: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Means (M,) of a series (N,), linear between its samples and constant beyond, from `low` (M,) to `high` (M,)."""
-    time = np.concatenate([[min(low[0], time[0])], time, [max(high[-1], time[-1])]])
-    values = np.concatenate([values[:1], values, values[-1:]])
-    area = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))])
-    return (_area(high, time, area, values) - _area(low, time, area, values)) / (high - low)
+    from scipy.interpolate import make_interp_spline
 
-
-def _area(at: np.ndarray, time: np.ndarray, area: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Integral (M,) of the series up to the times `at` (M,)."""
-    k = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
-    ahead, step = at - time[k], np.maximum(time[k + 1] - time[k], 1e-300)
-    return area[k] + ahead * (values[k] + 0.5 * ahead / step * (values[k + 1] - values[k]))
+    time = np.concatenate([[min(low[0], time[0] - 1.0)], time, [max(high[-1], time[-1] + 1.0)]])
+    area = make_interp_spline(time, np.concatenate([values[:1], values, values[-1:]]), k=1).antiderivative()
+    return (area(high) - area(low)) / (high - low)

@@ -8,7 +8,7 @@ begin anywhere in a manoeuvre, and its noisy first sample has no influence.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ from ..observers.linear import derivatives, transients
 from ..records.series import inputs_of, require, samples, series_of
 from ..simulation.selection import free_run_cost
 from .least_squares import LeastSquares, equation_factors, least_squares
-from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, check_states, n_accelerations, table
+from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, n_accelerations
 
 ORDER = 4
 DENSE = 0.1
@@ -131,19 +131,12 @@ def filtered_pieces(record: Record, model: Model, omega: float, order: int = ORD
 
 
 def _rows(record: Record, model: Model, omega: float, order: int, source: str) -> RegressionSamples:
-    check_states(model)
     filtered = _Filter(record, omega, order)
     states, slopes = _yaw(record, model, filtered, source)
-    for symbol in model.regression_states:
-        if symbol in ("u", "v"):
-            both = filtered(require(record, symbol), 1)
-            states[symbol], slopes[symbol] = both.T
-        elif symbol in ("x", "y"):
-            states[symbol] = np.zeros(len(filtered.time))
-    x = table(states, model.regression_states)
-    a = table(slopes, model.regression_states[: n_accelerations(model)])
-    u = table(_inputs(record, model, filtered), model.regression_inputs)
-    return RegressionSamples(x, a, u, filtered.time, source=source, start=filtered.start())
+    for symbol in {"u", "v"} & {*model.regression_states}:
+        states[symbol], slopes[symbol] = filtered(require(record, symbol), 1).T
+    inputs = _inputs(record, model, filtered)
+    return RegressionSamples.of(model, states, slopes, inputs, filtered.time, source=source, start=filtered.start())
 
 
 def _yaw(record: Record, model: Model, filtered: _Filter, source: str) -> tuple[dict, dict]:
@@ -151,10 +144,9 @@ def _yaw(record: Record, model: Model, filtered: _Filter, source: str) -> tuple[
     first = 0 if source == "r" else 1
     second = "q" in model.regression_states
     ranks = filtered(require(record, source), first + (2 if second else 1))[:, first:]
-    heading = np.zeros(len(filtered.time))
-    if model.is_3dof and samples(record, "psi") is not None and np.isfinite(require(record, "psi")).any():
-        heading = filtered(require(record, "psi"), 0)[:, 0]
-    states = {"r": ranks[:, 0], "psi": heading}
+    states, heading = {"r": ranks[:, 0]}, samples(record, "psi")
+    if model.is_3dof and heading is not None and np.isfinite(heading).any():
+        states["psi"] = filtered(heading, 0)[:, 0]
     if second:
         return states | {"q": ranks[:, 1]}, {"q": ranks[:, 2]}
     return states, {"r": ranks[:, 1]}
@@ -207,21 +199,39 @@ def fit_filtered(records: Sequence[Record], model: Model, omega: float, order: i
 
 
 def best_corner(records: Sequence[Record], model: Model, order: int = ORDER) -> FilteredFit:
-    """The fit, among those at `corner_frequencies`, whose free run follows the training records best.
+    """`best_of_corners` at `corner_frequencies`, with a filter of `order` poles."""
+    corners = corner_frequencies(records)
+    return best_of_corners(corners, lambda omega: filtered_rows(records, model, omega, order), records, model)
+
+
+def best_of_corners(
+    corners: np.ndarray,
+    rows_at: Callable[[float], list[RegressionSamples]],
+    records: Sequence[Record],
+    model: Model,
+) -> FilteredFit:
+    """The fit whose free run follows the training records best, the middle one where no free run is finite.
+
+    Parameters
+    ----------
+    corners : (n,) frequencies, rad/s.
+    rows_at : frequency -> rows; it may raise CannotFit.
 
     Raises
     ------
-    CannotFit : no corner frequency can be fitted.
+    CannotFit : at no frequency can be fitted.
     """
     fits, reason = [], "no corner frequency gives an estimate"
     series = [series_of(record, model) for record in records]
-    for omega in corner_frequencies(records).tolist():
+    for omega in corners.tolist():
         try:
-            fit = fit_filtered(records, model, omega, order)
+            rows = rows_at(omega)
+            solution = least_squares(*equation_factors(rows, model))
         except (CannotFit, FitFailed) as error:
             reason = error.reason
             continue
-        fits.append(fit._replace(cost=free_run_cost(model.with_coefficients(fit.solution.coefficients), series)))
+        cost = free_run_cost(model.with_coefficients(solution.coefficients), series)
+        fits.append(FilteredFit(omega, rows, solution, cost))
     if not fits:
         raise CannotFit(reason)
     if np.isfinite([fit.cost for fit in fits]).any():

@@ -105,12 +105,15 @@ def rudder_integrals(rudder: np.ndarray, dt: np.ndarray, held: bool) -> list[np.
 def triple_integral(record: Record, model: Model, held: bool = False, rest: bool = False) -> RegressionSamples:
     """The integrated regression of a record; the rudder is taken as linear between samples, or as `held`.
 
-    With `rest` the ship is on a straight course of heading zero at the first sample, so no polynomial is needed.
+    With `rest` the ship is on a straight course of heading zero at the first sample, so no polynomial is needed: the
+    protocol of paper 000, for response models.
 
     Raises
     ------
     CannotFit : a channel is missing, the model is neither 3-DOF nor a response model, or no stretch is long enough.
     """
+    if rest and model.is_3dof:
+        raise CannotFit(f"the triple-integral-rest scheme needs a response model, not {model.family}")
     channels = _channels_3dof(record, model) if model.is_3dof else _channels_response(record, model)
     order = 1 if model.is_3dof else roles(model).order + ("psi" in channels)
     found = []
@@ -126,23 +129,6 @@ def triple_integral(record: Record, model: Model, held: bool = False, rest: bool
         raise CannotFit(f"record {record.name} has no stretch without gaps that is long enough to integrate")
     y, phi, time = (np.concatenate([part[i] for part in found]) for i in range(3))
     return EvaluatedRegression(phi, y, np.zeros((len(y), 0)), time)
-
-
-def triple_integral_held(record: Record, model: Model) -> RegressionSamples:
-    """As `triple_integral`, with a rudder that is held between samples."""
-    return triple_integral(record, model, held=True)
-
-
-def triple_integral_rest(record: Record, model: Model) -> RegressionSamples:
-    """As `triple_integral_held`, from heading zero and rest at the first sample: the protocol of paper 000.
-
-    Raises
-    ------
-    CannotFit : also for a 3-DOF model.
-    """
-    if model.is_3dof:
-        raise CannotFit(f"the triple-integral-rest scheme needs a response model, not {model.family}")
-    return triple_integral(record, model, held=True, rest=True)
 
 
 def _channels_response(record: Record, model: Model) -> dict[str, np.ndarray]:

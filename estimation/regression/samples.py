@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -12,6 +12,8 @@ from ...models.errors import CannotFit
 from ...models.model import Model
 from ..numerics import factors
 
+Columns = Mapping[str, np.ndarray]
+"""Symbol of a state or input -> its samples (N,)."""
 LONGEST_STEP = 3.0
 """Multiple of the median time step above which a step counts as a gap."""
 
@@ -33,6 +35,24 @@ class RegressionSamples:
     """Channel that the yaw rate is taken from, where a record gives rows from several."""
     start: np.ndarray | None = None
     """(N, n) what the initial state of a filter can add to each row, zero once it has decayed: it is projected out."""
+
+    @classmethod
+    def of(
+        cls, model: Model, states: Columns, slopes: Columns, inputs: Columns, time_s: np.ndarray, **facts: Any
+    ) -> Self:
+        """The samples of columns (N,) by symbol, slopes being those of the states that have an acceleration.
+
+        Heading and position are zero where they are left out: no equation depends on them.
+
+        Raises
+        ------
+        CannotFit : the model's regression has a state without a column.
+        """
+        known = {**dict.fromkeys(("psi", "x", "y"), np.zeros(len(time_s))), **states}
+        if unknown := [symbol for symbol in model.regression_states if symbol not in known]:
+            raise CannotFit(f"model {model.id} has the state {unknown[0]!r}, for which records have no channel")
+        x, u = table(known, model.regression_states), table(inputs, model.regression_inputs)
+        return cls(x, table(slopes, model.regression_states[: n_accelerations(model)]), u, time_s, **facts)
 
     def at(self, rows: slice | np.ndarray) -> Self:
         """The samples of some rows."""
@@ -62,18 +82,6 @@ def n_accelerations(model: Model) -> int:
     return 3 if model.is_3dof else 1
 
 
-def check_states(model: Model, known: Sequence[str] = ("q", "r", "psi", "u", "v", "x", "y")) -> None:
-    """Refuse a model whose regression has a state beside the known ones.
-
-    Raises
-    ------
-    CannotFit : naming it.
-    """
-    for symbol in model.regression_states:
-        if symbol not in known:
-            raise CannotFit(f"model {model.id} has the state {symbol!r}, for which records have no channel")
-
-
 def check_enough_rows(n: int, model: Model) -> None:
     """Refuse n regression rows if they are no more than the model's coefficients.
 
@@ -85,6 +93,6 @@ def check_enough_rows(n: int, model: Model) -> None:
         raise CannotFit(f"{n} usable regression rows for {len(model.coordinates)} coefficients")
 
 
-def table(columns: dict[str, np.ndarray], names: tuple[str, ...]) -> np.ndarray:
+def table(columns: Columns, names: tuple[str, ...]) -> np.ndarray:
     """Columns (N, len(names)) in the order of the names."""
     return np.column_stack([columns[name] for name in names])

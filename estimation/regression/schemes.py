@@ -24,6 +24,7 @@ times the median, removes only the rows that use it.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -31,34 +32,31 @@ from ...datasets.record import Record
 from ...models.errors import CannotFit
 from ...models.model import Model
 from ..records.series import inputs_of, require, samples, steps
-from .integrated import triple_integral, triple_integral_held, triple_integral_rest
-from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, check_states, n_accelerations, table
+from .integrated import triple_integral
+from .samples import LONGEST_STEP, Columns, RegressionSamples, check_enough_rows, n_accelerations
 
 
 def forward(record: Record, model: Model) -> RegressionSamples:
     """Forward differences of one record, nan at gaps."""
     dt = _usable_steps(record)
-    states = _state_columns(record, model, dt, _forward_slope)
-    inputs = inputs_of(record, model)
+    states, inputs = _states(record, model, dt, _forward_slope), inputs_of(record, model)
     if _second_order(model):
         states["q"] = _forward_slope(states["r"], dt)
         inputs["delta_rate"] = _forward_slope(inputs["delta"], dt)
-    x = table(states, model.regression_states)
-    a = np.column_stack([_forward_slope(column, dt) for column in x[:, : n_accelerations(model)].T])
-    return RegressionSamples(x, a, table(inputs, model.regression_inputs), record.time_s)
+    slopes = {symbol: _forward_slope(states[symbol], dt) for symbol in _moving(model, states)}
+    return RegressionSamples.of(model, states, slopes, inputs, record.time_s)
 
 
 def midpoint(record: Record, model: Model) -> RegressionSamples:
     """Central differences of one record, nan at gaps."""
     dt = _usable_steps(record)
-    states = _state_columns(record, model, dt, _central_slope)
-    inputs = inputs_of(record, model)
+    states, inputs = _states(record, model, dt, _central_slope), inputs_of(record, model)
     if _second_order(model):
         return _hat(record, model, dt, states, inputs)
-    x, u = table(states, model.regression_states), table(inputs, model.regression_inputs)
-    a = np.diff(x[:, : n_accelerations(model)], axis=0) / dt[:, None]
+    slopes = {symbol: np.diff(states[symbol]) / dt for symbol in _moving(model, states)}
+    means = [{s: (z[1:] + z[:-1]) / 2.0 for s, z in columns.items()} for columns in (states, inputs)]
     time = (record.time_s[1:] + record.time_s[:-1]) / 2.0
-    return RegressionSamples((x[1:] + x[:-1]) / 2.0, a, (u[1:] + u[:-1]) / 2.0, time)
+    return RegressionSamples.of(model, means[0], slopes, means[1], time)
 
 
 def heading_difference(record: Record, model: Model) -> RegressionSamples:
@@ -78,9 +76,8 @@ def heading_difference(record: Record, model: Model) -> RegressionSamples:
     y0, y1, y2 = y[2:], y[1:-1], y[:-2]
     columns = {"q": (y0 - y1) / h**2, "r": y0 / h, "psi": psi[1:]}
     inputs = {"delta": delta[1:], "delta_rate": np.diff(delta) / h}
-    x = table(columns, model.regression_states)
-    a = (y0 - 2.0 * y1 + y2)[:, None] / h**3
-    return RegressionSamples(x, a, table(inputs, model.regression_inputs), record.time_s[1:], scale=h**3)
+    slopes = {"q": (y0 - 2.0 * y1 + y2) / h**3}
+    return RegressionSamples.of(model, columns, slopes, inputs, record.time_s[1:], scale=h**3)
 
 
 def _second_order(model: Model) -> bool:
@@ -106,22 +103,19 @@ def _central_slope(values: np.ndarray, dt: np.ndarray) -> np.ndarray:
     return np.concatenate([[np.nan], inner, [np.nan]])
 
 
-def _state_columns(
+def _moving(model: Model, states: Columns) -> list[str]:
+    """Those of the states that have an acceleration."""
+    return [symbol for symbol in model.regression_states[: n_accelerations(model)] if symbol in states]
+
+
+def _states(
     record: Record, model: Model, dt: np.ndarray, slope: Callable[[np.ndarray, np.ndarray], np.ndarray]
 ) -> dict[str, np.ndarray]:
-    """Samples (N,) of the states by symbol; position is zero, because no model depends on it."""
-    check_states(model)
-    rate = samples(record, "r")
-    heading = samples(record, "psi")
-    if rate is None:
-        rate = slope(require(record, "psi"), dt)
-    columns = {"r": rate, "psi": np.zeros(record.n) if heading is None else heading}
-    for symbol in model.regression_states:
-        if symbol in ("u", "v"):
-            columns[symbol] = require(record, symbol)
-        elif symbol in ("x", "y"):
-            columns[symbol] = np.zeros(record.n)
-    return columns
+    """Samples (N,) of the measured states by symbol."""
+    rate, heading = samples(record, "r"), samples(record, "psi")
+    columns = {"r": slope(require(record, "psi"), dt) if rate is None else rate}
+    columns |= {} if heading is None else {"psi": heading}
+    return columns | {symbol: require(record, symbol) for symbol in model.regression_states if symbol in ("u", "v")}
 
 
 def _hat(
@@ -139,10 +133,9 @@ def _hat(
 
     r = states["r"]
     bend = 2.0 * (np.diff(r)[1:] / after - np.diff(r)[:-1] / before) / both
-    columns = {"q": slope(r), "r": mean(r), "psi": mean(states["psi"])}
+    columns = {name: mean(values) for name, values in states.items()} | {"q": slope(r)}
     u = {name: mean(values) for name, values in inputs.items()} | {"delta_rate": slope(inputs["delta"])}
-    x = table(columns, model.regression_states)
-    return RegressionSamples(x, bend[:, None], table(u, model.regression_inputs), record.time_s[1:-1])
+    return RegressionSamples.of(model, columns, {"q": bend}, u, record.time_s[1:-1])
 
 
 LOCAL: dict[str, Callable[[Record, Model], RegressionSamples]] = {
@@ -153,8 +146,8 @@ LOCAL: dict[str, Callable[[Record, Model], RegressionSamples]] = {
 """Schemes whose rows depend on neighbouring samples only."""
 INTEGRATED: dict[str, Callable[[Record, Model], RegressionSamples]] = {
     "triple-integral": triple_integral,
-    "triple-integral-held": triple_integral_held,
-    "triple-integral-rest": triple_integral_rest,
+    "triple-integral-held": partial(triple_integral, held=True),
+    "triple-integral-rest": partial(triple_integral, held=True, rest=True),
 }
 """Schemes whose errors are correlated over the whole record."""
 SCHEMES = LOCAL | INTEGRATED

@@ -22,7 +22,7 @@ from ...models.model import CHANNELS
 from ...models.regimes import CLOCK
 from ...models.simulate import stable_step_s
 from ...models.time_scale import time_scale_s
-from ..observers.smoothed_states import smoothed_states
+from ..observers.smoothing import smoothed_states
 from ..records.gaps import SHORTEST, clock_of, stretches
 from ..records.series import samples, series_of, with_weather, yaw_rate_of
 from ..results.predictor import ModelPredictor

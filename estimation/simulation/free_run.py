@@ -23,12 +23,9 @@ STRETCH = 4096
 
 def start_state(model: Model, series: Series, state: np.ndarray) -> np.ndarray:
     """Simulated initial state (n,) from one in which q = r_dot takes the place of the hidden state w = q - c rudder."""
-    gain = model.kernels.RATE_GAIN
-    if gain is None:
-        return state
-    simulated = state.copy()
-    simulated[0] -= model.coefficients[gain] * series.inputs[0, 0]
-    return simulated
+    from ...models.simulate import simulated_states
+
+    return simulated_states(model, state[None], series.inputs[:1, 0])[0]
 
 
 def residuals(model: Model, series: Series, state: np.ndarray) -> np.ndarray:

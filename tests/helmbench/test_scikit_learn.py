@@ -88,11 +88,9 @@ def test_what_is_no_model_is_refused(model, kind):
         helmbench.make_method("ls").fit([record, None], "nomoto-1")
 
 
-def test_scores_and_streams_take_records_alone():
+def test_scores_take_records_alone():
     record = helmbench.simulate("response-1", "zigzag:20/20")
     method = helmbench.make_method("rls")
     method.fit(record, "nomoto-1")
     with pytest.raises(helmbench.BadInput, match="a method takes records, not ndarray"):
         method.score(X)
-    with pytest.raises(helmbench.BadInput, match="a method takes records, not ndarray"):
-        method.partial_fit(X, helmbench.resolve("nomoto-1"))

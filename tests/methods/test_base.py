@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from sklearn.base import clone
 
 from helmbench.datasets.record import Record
 from helmbench.estimation.results.fit import Fit
@@ -93,19 +92,6 @@ def test_fit_takes_one_record_or_several(record, model):
 
     assert Counting().fit(record, model).n_iterations == 1
     assert Counting().fit([record, record], model).n_iterations == 2
-
-
-def test_options_of_options():
-    """`get_params(deep=True)` and NAME__OPTION, as scikit-learn has them."""
-    outer = Given(Given(3.0))
-    assert outer.get_params()["outcome__outcome"] == 3.0
-    assert list(outer.get_params(deep=False)) == ["outcome"]
-    outer.set_params(outcome__outcome=4.0)
-    assert outer.outcome is not None and outer.outcome.outcome == 4.0
-    copy = clone(outer)
-    assert copy.outcome is not outer.outcome and copy.outcome.outcome == 4.0
-    with pytest.raises(BadInput, match="no option 'other__outcome'"):
-        outer.set_params(other__outcome=1.0)
 
 
 def test_the_base_class_has_no_method_of_its_own(record, model):

@@ -8,7 +8,7 @@ from helmbench.bench.kinds.identification.execute import execute
 from helmbench.bench.kinds.identification.plan import RunSpec
 from helmbench.bench.kinds.identification.problems import Task
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.methods_only.black_box.predictor import evenly_spaced
+from helmbench.estimation.methods_only.black_box.scaled import evenly_spaced
 from helmbench.estimation.run.prediction import prediction_scores
 from helmbench.methods import contract
 from helmbench.methods.black_box import ROWS, regressor

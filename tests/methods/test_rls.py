@@ -99,10 +99,8 @@ def test_recursions_choose_differences_and_printed_forms_have_the_papers(name, v
     record, model = generate(Case(vessel, "zigzag:20/20", "low", seed=1)), resolve(vessel)
     plain, stated = (make(text).fit([record], model) for text in (name, f"{name},scheme={scheme}"))
     assert plain.extra["scheme"] == scheme and np.array_equal(plain.coefficients, stated.coefficients)
-    method = make(name)
-    if "as_printed" in method.variants:
-        method.set_params(variant="as_printed")
-        assert method._usual_scheme([record], model) == "forward"
+    if name == "fw-rls":
+        assert make("fw-rls,variant=as_printed").fit([record], model).extra["scheme"] == "forward"
 
 
 # ---- fw-rls: forgetting and weighting.

@@ -24,8 +24,8 @@ from helmbench.datasets.generator import Case, generate, record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.estimation.likelihood.minimiser import levenberg_marquardt
 from helmbench.estimation.likelihood.problem import Problem
+from helmbench.estimation.methods_only import svr
 from helmbench.estimation.methods_only.recursive import _kernels as _rls_kernels
-from helmbench.estimation.methods_only.svr import solve
 from helmbench.estimation.observers import _kernels as observers
 from helmbench.estimation.observers.smoothing import random_walk
 from helmbench.estimation.records.series import series_of
@@ -143,14 +143,14 @@ def test_linear_svr_and_its_dual(ratios):
     found = {}
 
     def dual():
-        gram = solve.kernel_matrix("linear", x, x, 1.0, 3, 1.0)
-        found["dual"] = x.T @ solve.dual(gram, y, 1.0)[0]
+        gram = svr.kernel_matrix("linear", x, x, 1.0)
+        found["dual"] = x.T @ svr.dual(gram, y, 1.0)[0]
 
-    ours, name = Side(lambda: solve.primal(x, y, 1.0)), f"linear LS-SVR, dual: n = {MULTIPLIERS}"
+    ours, name = Side(lambda: svr.primal(x, y, 1.0)), f"linear LS-SVR, dual: n = {MULTIPLIERS}"
     fits = Side(lambda: [ours.call() for _ in range(20)], 20.0)
     ratios.compare(name, "fits/s", fits, Side(dual), 1000.0, rounds=2, remark=f"dual in {8e-9 * MULTIPLIERS**2:.1f} GB")
     np.testing.assert_allclose(ours.call()[0], found["dual"], rtol=1e-6)
-    peaks = [traced(partial(solve.primal, np.tile(x, (k, 1)), np.tile(y, k), 1.0)) for k in (1, 10)]
+    peaks = [traced(partial(svr.primal, np.tile(x, (k, 1)), np.tile(y, k), 1.0)) for k in (1, 10)]
     slope = np.log10(peaks[1] / peaks[0])
     remark = f"{peaks[0] / 1e6:.2f} MB at n, {peaks[1] / 1e6:.2f} MB at 10 n, besides the data"
     ratios.row("linear LS-SVR, memory", "slope", slope, most=1.1, remark=remark)
@@ -171,13 +171,13 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.distance import cdist
 from helmbench.methods.base import blas_limited
-from helmbench.estimation.methods_only.svr import solve
+from helmbench.estimation.methods_only import svr
 rng = np.random.default_rng(3)
 x = rng.normal(size=({n}, 7))
 y = np.sin(x).sum(axis=1)
 
 def ours():
-    return solve.dual(solve.kernel_matrix("rbf", x, x, 0.1, 3, 1.0, upper=True), y, 10.0)[1]
+    return svr.dual(svr.kernel_matrix("rbf", x, x, 0.1, upper=True), y, 10.0)[1]
 
 def naive():
     omega = np.exp(-0.1 * cdist(x, x, "sqeuclidean"))

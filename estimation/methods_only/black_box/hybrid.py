@@ -10,9 +10,8 @@ import numpy as np
 
 from ....models.errors import CannotFit
 from ....models.model import Model
-from .narx import Scaled
-from .predictor import unchecked
 from .rows import Signals, averaged_signals, outputs_of
+from .scaled import Scaled, unchecked
 
 
 def innovation_rows(parts: Sequence[Signals], model: Model, stride: int) -> tuple[np.ndarray, np.ndarray]:
@@ -117,8 +116,6 @@ class HybridPredictor:
 
         ahead = step_map(self.model, states, inputs, dt)
         if self.share:
-            x = self._features(states, inputs[: len(states)])
-            known = np.isfinite(x).all(axis=1)
-            if known.any():
-                ahead[np.ix_(known, np.array(self._columns))] += self.share * dt * self.learnt(x[known])
+            rates = self.learnt(self._features(states, inputs[: len(states)]))
+            ahead[:, self._columns] += self.share * dt * rates
         return ahead

@@ -12,7 +12,7 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 from sklearn.neural_network import MLPRegressor
 
-from .predictor import evenly_spaced
+from .scaled import evenly_spaced
 
 ITERATIONS, SUBSET = 15, 100
 """Steps of the search, and rows whose likelihood is searched."""

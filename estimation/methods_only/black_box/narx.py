@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from ....datasets.geometry import over_ground
-from ....models.errors import FitFailed
-from ....models.model import Model
-from .compiled import OUTSIDE, Packed, compiled, drawn, stacked
-from .predictor import CHECKED, LARGEST, evenly_spaced, fit_regressors, unchecked
-from .rows import SYMMETRIC, Lags, outputs_of
+from .rows import Lags
+from .scaled import Scaled, unchecked
 
 
 def whole_run(names: Sequence[str], start: np.ndarray, outputs: dict[str, np.ndarray], dt: float) -> np.ndarray:
@@ -47,87 +43,6 @@ def one_ahead(names: Sequence[str], states: np.ndarray, ahead: dict[str, np.ndar
 
 def _integral(rate: np.ndarray, dt: float, start: float) -> np.ndarray:
     return start + np.concatenate([[0.0], np.cumsum(dt * (rate[:-1] + rate[1:]) / 2.0)])
-
-
-DIGITS = 9
-"""Decimals of scaled rows: rounding errors of the records' units do not decide between two splits of a tree."""
-
-
-@dataclass(frozen=True)
-class Scaled:
-    """Regressors of scaled features (d,) and targets (k,); constant features are zero.
-
-    `fast`, if set, gives the same predictions as the regressors.
-    """
-
-    mean: np.ndarray
-    scale: np.ndarray
-    y_scale: np.ndarray
-    regressors: tuple[Any, ...]
-    fast: Packed | None
-
-    @property
-    def packed(self) -> tuple[Any, ...] | None:
-        """First arguments of the compiled free runs (`_kernels`); None where no compiled form agrees."""
-        if self.fast is None:
-            return None
-        work = np.empty(len(self.mean) + self.fast.work)
-        scaling = np.ascontiguousarray([self.mean, self.scale])
-        return self.fast.form, self.fast.ints, self.fast.floats, scaling, np.ascontiguousarray(self.y_scale), work
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        """Targets (B, k) at features (B, d); nan where these are far from all training rows."""
-        scaled = (x - self.mean) * self.scale
-        found = self.fast(scaled) if self.fast is not None else stacked(self.regressors, scaled)
-        found = found * self.y_scale
-        found[~_near(scaled)] = np.nan
-        return found
-
-    def near(self, x: np.ndarray) -> np.ndarray:
-        """(B,) bool: whether features (B, d) are near enough to the training rows for the function to be asked."""
-        return _near((x - self.mean) * self.scale)
-
-    def drawn(self, count: int, rng: np.random.Generator) -> list[Scaled]:
-        """At most `count` functions drawn from the regressors' uncertainty; none where they state none."""
-        return [replace(self, fast=one) for one in drawn(self.regressors, len(self.y_scale), count, rng)]
-
-
-def _near(scaled: np.ndarray) -> np.ndarray:
-    """(B,) bool: whether scaled features (B, d) are within OUTSIDE; a nan is not outside of anything."""
-    return ~(np.abs(scaled).max(axis=1) > OUTSIDE)
-
-
-def fit_scaled(x: np.ndarray, y: np.ndarray, make: Callable[[int], Any], symbols: tuple[str, ...]) -> Scaled:
-    """Fit regressors to features x (N, d) and targets y (N, k), both scaled to unit variance.
-
-    Parameters
-    ----------
-    make : number of features -> a new regressor.
-    symbols : (d,) of the features; those of the ship's symmetry keep their zero.
-
-    Raises
-    ------
-    FitFailed : the rows are not finite, or a regressor cannot be fitted.
-    """
-    if not all(max(rows.max(), -rows.min()) < LARGEST for rows in (x, y)):
-        raise FitFailed("states or accelerations are not finite")
-    still = np.array([symbol in SYMMETRIC for symbol in symbols])
-    mean = np.where(still, 0.0, x.mean(axis=0))
-    scale, y_scale = inverse_spread(x, mean), 1.0 / inverse_spread(y, np.zeros(y.shape[1]), 1.0)
-    scaled, target = x - mean, y / y_scale
-    scaled *= scale
-    for rows in (scaled, target):
-        np.round(rows, DIGITS, out=rows)
-    regressors = fit_regressors(scaled, target, make)
-    fast = compiled(regressors, scaled[evenly_spaced(len(scaled), CHECKED)])
-    return Scaled(mean, scale, y_scale, regressors, fast)
-
-
-def inverse_spread(values: np.ndarray, mean: np.ndarray, constant: float = 0.0) -> np.ndarray:
-    """1 / root mean square of columns (N, k) about mean (k,); `constant` for a column that does not vary."""
-    spread = np.sqrt(np.mean((values - mean) ** 2, axis=0))
-    varies = (values.std(axis=0) > 1e-9 * np.abs(values).max(axis=0)) & (spread > 0.0)
-    return np.where(varies, 1.0 / np.where(varies, spread, 1.0), constant)
 
 
 def on_steps(inputs: np.ndarray, dt: float, step_s: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -213,11 +128,8 @@ class NarxPredictor(SteppedPredictor):
     def ahead(self, z: np.ndarray, inputs: np.ndarray, time: np.ndarray, dt: float) -> np.ndarray:
         past = [z, *(at_earlier(z, time, j * self.step_s) for j in range(1, self.lags.outputs))]
         x = np.hstack([*past, *(at_earlier(inputs, time, j * self.step_s) for j in range(self.lags.inputs))])
-        known, found = np.isfinite(x).all(axis=1), np.full_like(z, np.nan)
         with unchecked():
-            if known.any():
-                found[known] = z[known] + dt * self.learnt(x[known])
-        return found
+            return z + dt * self.learnt(x)
 
     def members(self, count: int, rng: np.random.Generator) -> list[NarxPredictor]:
         """Predictors with the learnt function drawn from its own uncertainty; see `estimation.judgement.ensemble`."""
@@ -231,14 +143,3 @@ def at_earlier(values: np.ndarray, time: np.ndarray, earlier: float) -> np.ndarr
         known = np.isfinite(column)
         columns.append(np.interp(time - earlier, time[known], column[known]) if known.any() else column)
     return np.column_stack(columns)
-
-
-def learn_narx(x: np.ndarray, y: np.ndarray, make: Callable[[int], Any], model: Model, lags: Lags, dt: float):
-    """The predictor of rows (`rows.narx_rows`) of records sampled every dt seconds.
-
-    Raises
-    ------
-    FitFailed : see `fit_scaled`.
-    """
-    learnt = fit_scaled(x, y, make, lags.features(model))
-    return NarxPredictor(tuple(model.states), outputs_of(model), lags.stride * dt, lags, learnt)

@@ -114,6 +114,12 @@ def _means(values: np.ndarray, window: int) -> np.ndarray:
     return (total[window:] - total[:-window]) / window
 
 
+def whole_places(whole: np.ndarray, before: int, after: int) -> np.ndarray:
+    """Places (M,) from `before` samples before which to `after` samples behind which every sample is whole (N,)."""
+    lost, place = np.concatenate([[0], np.cumsum(~whole)]), np.arange(before, len(whole) - after)
+    return place[lost[place + after + 1] == lost[place - before]]
+
+
 def lagged(values: np.ndarray, place: np.ndarray, stride: int, count: int) -> list[np.ndarray]:
     """Values (N, c) at places (M,) and `count` - 1 strides before, the latest first: `count` arrays (M, c)."""
     return [values[place - j * stride] for j in range(count)]
@@ -130,12 +136,7 @@ def narx_rows(parts: Sequence[Signals], lags: Lags) -> tuple[np.ndarray, np.ndar
     for signals in parts:
         s, longest = lags.stride, max(lags.outputs, lags.inputs)
         own = averaged_signals(signals, s)
-        place = np.arange(s * (longest - 1), len(own.whole) - s)
-        if not place.size:
-            continue
-        lost = np.concatenate([[0], np.cumsum(~own.whole)])
-        place = place[lost[place + s + 1] == lost[place - s * (longest - 1)]]
-        z, w = own.outputs, own.inputs
+        place, z, w = whole_places(own.whole, s * (longest - 1), s), own.outputs, own.inputs
         x.append(np.hstack([*lagged(z, place, s, lags.outputs), *lagged(w, place, s, lags.inputs)]))
         y.append((z[place + s] - z[place]) / (s * own.dt))
     n = sum(map(len, y))

@@ -21,9 +21,9 @@ from ....models.errors import CannotFit, FitFailed
 from ....models.model import Model
 from ...results.fit import Fit
 from .compiled import OUTSIDE
-from .narx import DIGITS, SteppedPredictor, at_earlier, inverse_spread
-from .predictor import LARGEST
+from .narx import SteppedPredictor, at_earlier
 from .rows import SYMMETRIC, Signals, averaged_signals, outputs_of, signals_of
+from .scaled import DIGITS, LARGEST, inverse_spread
 
 
 class System(Protocol):

@@ -29,20 +29,6 @@ def _root(p, root):
             root[i, j] = total / pivot
 
 
-@njit(types.void(A2, A2, i8, A2), **JIT)
-def _coefficient_root(factor, root, n, moved):
-    """moved (m, p): what each column of root (m, m), a lower triangle, adds to the coefficients: factor root[n:]."""
-    p, e = factor.shape
-    for column in range(root.shape[0]):
-        for i in range(p):
-            moved[column, i] = 0.0
-        for j in range(max(0, column - n), e):
-            share = root[n + j, column]
-            if share != 0.0:
-                for i in range(p):
-                    moved[column, i] += factor[i, j] * share
-
-
 @njit(f8(RHS, A1, A1, A2, A1, A2, A2, A2, I1, I1, f8, i8, A1, A1, f8, f8, A2, A2), **JIT)
 def unscented(
     rhs, z, theta, p, origin, factor, inputs, outputs, index, columns, dt, substeps, process, sensor, alpha, beta,
@@ -58,7 +44,7 @@ def unscented(
     n = m - e
     reach = alpha * np.sqrt(float(m))
     weight = 0.5 / reach**2
-    root, gain, steps = np.zeros((m, m)), np.empty(m), np.empty((m, q))
+    root, gain = np.zeros((m, m)), np.empty(m)
     middle, moved, shift, mean = np.empty(n), np.empty(n), np.empty(n), np.empty(q)
     work = np.empty(3 * n + inputs.shape[1])
     spread, cross = np.empty((n, n)), np.empty((n, e))
@@ -70,7 +56,7 @@ def unscented(
         if k == inputs.shape[0] - 1 or not np.isfinite(cost):
             break
         _root(p, root)
-        _coefficient_root(factor, root, n, steps)
+        steps = root[n:].T @ factor.T  # what each column of the root adds to the coefficients
         coefficients_of(z, n, origin, factor, mean)
         theta[:q] = mean
         middle[:] = z[:n]

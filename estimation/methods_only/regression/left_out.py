@@ -46,11 +46,6 @@ def schemes_of(records: Sequence[Record]) -> list[Scheme]:
     return [*map(Scheme, DIFFERENCES), *(Scheme(SVF, omega) for omega in corners)]
 
 
-def best_difference(records: Sequence[Record], model: Model) -> str:
-    """As `best_scheme`, of `DIFFERENCES` alone."""
-    return best_scheme(records, model, [*map(Scheme, DIFFERENCES)]).name
-
-
 def best_scheme(records: Sequence[Record], model: Model, schemes: Sequence[Scheme] = ()) -> Scheme:
     """The scheme whose fits follow left-out windows best in free runs, the first one where none can be judged.
 

@@ -9,20 +9,20 @@ on the parameter's own scale (continuous, integer, logarithmic, categorical) and
 replaces the source where it is better.  Onlookers choose sources by fitness.  A source whose neighbours fail `limit`
 times in a row is abandoned, and a scout puts a random point in its place.
 
-The sampler itself has no state: the role of a trial is stored with the trial, and the colony is built from
-the trials in the order of their numbers.  So threads, processes and machines that share a storage work on one colony,
-and a stored study is continued as if it had never been interrupted.
+The role of a trial is stored with the trial, and the colony learns from every trial when it sees that it has ended.  So
+threads, processes and machines that share a storage tell each other what they found, and a stored study is continued.
 """
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution, IntDistribution
+from optuna._transform import _SearchSpaceTransform
+from optuna.distributions import BaseDistribution, CategoricalDistribution
 from optuna.samplers import BaseSampler
 from optuna.search_space import IntersectionSearchSpace
 from optuna.study import Study, StudyDirection
@@ -58,17 +58,11 @@ class Source:
 
 
 class Colony:
-    """All sources, and the number of neighbours tried so far."""
+    """All sources, and the number of neighbours tried so far and being tried."""
 
     def __init__(self, n_sources: int) -> None:
         self.sources = [Source() for _ in range(n_sources)]
-        self.moves = 0
-
-    def copy(self) -> Colony:
-        """An independent copy."""
-        other = Colony(0)
-        other.sources, other.moves = list(self.sources), self.moves
-        return other
+        self.moves, self.trying = 0, 0
 
     @property
     def occupied(self) -> list[int]:
@@ -166,7 +160,8 @@ class ABCSampler(BaseSampler):
         self.n_onlookers = n_sources if n_onlookers is None else n_onlookers
         self.entropy = _entropy(seed)
         self._space = IntersectionSearchSpace(include_pruned=True)
-        self._finished: tuple[int, Any, Colony] = (0, None, Colony(n_sources))
+        self._study: Any = None
+        self._colony, self._ended = Colony(n_sources), set[int]()
 
     def infer_relative_search_space(self, study: Study, trial: FrozenTrial) -> dict[str, BaseDistribution]:
         return {name: found for name, found in self._space.calculate(study).items() if not found.single()}
@@ -196,21 +191,21 @@ class ABCSampler(BaseSampler):
         return np.random.default_rng(np.random.SeedSequence(self.entropy, spawn_key=(trial.number, *more)))
 
     def _restore(self, study: Study, trials: Sequence[FrozenTrial]) -> tuple[Colony, set[Role]]:
-        """The colony after all trials so far, and the scouts that are still running.
-
-        The colony after the first finished trials is kept, so that a long study is not processed again every time.
-        """
-        count, last, colony = self._finished
-        if count and not (count <= len(trials) and _stamp(trials[count - 1]) == last):
-            count, colony = 0, Colony(self.n_sources)
-        colony = colony.copy()
+        """The colony after all trials that have ended so far, and the scouts that are still running."""
+        if self._study != (key := (study._storage, study._study_id)):
+            self._study, self._colony, self._ended = key, Colony(self.n_sources), set()
         sign = -1.0 if study.direction == StudyDirection.MAXIMIZE else 1.0
-        while count < len(trials) and trials[count].number == count and trials[count].state.is_finished():
-            _observe(colony, trials[count], sign)
-            count += 1
-        if count:
-            self._finished = (count, _stamp(trials[count - 1]), colony.copy())
-        return colony, _pending(colony, trials[count:], sign)
+        running: list[Role] = []
+        for trial in (trial for trial in trials if trial.number not in self._ended):
+            stored = trial.system_attrs.get(ROLE)
+            role = Role(*stored) if stored and stored[1] < self.n_sources else None  # that of a larger colony is none
+            if trial.state.is_finished():
+                self._ended.add(trial.number)
+                self._colony.observe(role, trial.params, _cost(trial, sign))
+            elif role is not None:
+                running.append(role)
+        self._colony.trying = sum(role.kind != SCOUT for role in running)
+        return self._colony, {role for role in running if role.kind == SCOUT}
 
     def _propose(
         self, colony: Colony, scouting: set[Role], space: dict[str, BaseDistribution], rng: np.random.Generator
@@ -235,7 +230,7 @@ class ABCSampler(BaseSampler):
             scout = places[rng.integers(len(places))]
         if scout is not None:
             return scout
-        turn = colony.moves % (self.n_sources + self.n_onlookers)
+        turn = (colony.moves + colony.trying) % (self.n_sources + self.n_onlookers)
         late = next((role for role in places if role.source == turn), None)
         if late is not None:
             return late  # the trial of its scout takes long, or its process has ended
@@ -254,91 +249,36 @@ def _entropy(seed: int | np.random.Generator | None) -> int:
     return int(seed)
 
 
-def _stamp(trial: FrozenTrial) -> tuple:
-    return trial.number, trial.datetime_complete
-
-
-def _role(trial: FrozenTrial) -> Role | None:
-    stored = trial.system_attrs.get(ROLE)
-    return Role(*stored) if stored else None
-
-
-def _observe(colony: Colony, trial: FrozenTrial, sign: float) -> None:
-    """Update the colony with a finished trial; a role in a larger colony than this counts as none."""
-    role = _role(trial)
-    if role is not None and role.source >= len(colony.sources):
-        role = None
-    cost = None
+def _cost(trial: FrozenTrial, sign: float) -> float | None:
+    """Cost of a trial that has ended; None: it failed."""
     if trial.state == TrialState.COMPLETE:
         assert trial.values is not None
-        cost = sign * float(trial.values[0])
-    elif trial.state == TrialState.PRUNED:
-        cost = np.inf
-    colony.observe(role, trial.params, cost)
-
-
-def _pending(colony: Colony, trials: Iterable[FrozenTrial], sign: float) -> set[Role]:
-    """Update the colony with the finished trials; of the running ones, count the neighbours and return the scouts."""
-    scouting = set()
-    for trial in trials:
-        role = _role(trial)
-        if trial.state.is_finished():
-            _observe(colony, trial, sign)
-        elif role is not None and role.kind == SCOUT:
-            scouting.add(role)
-        elif role is not None:
-            colony.moves += 1
-    return scouting
+        return sign * float(trial.values[0])
+    return np.inf if trial.state == TrialState.PRUNED else None
 
 
 # ---- Random values of parameters and neighbours of points.
 
 
-def levels(distribution: BaseDistribution) -> int | None:
-    """Number of values of a stepped distribution; None for continuous and logarithmic ones."""
-    step = getattr(distribution, "step", None)
-    if step is None or getattr(distribution, "log", False):
-        return None
-    assert isinstance(distribution, IntDistribution | FloatDistribution)
-    return round((distribution.high - distribution.low) / step) + 1
+def _scale(distribution: BaseDistribution) -> _SearchSpaceTransform:
+    """The map between a numerical value and its place in [0, 1], on the distribution's own scale."""
+    return _SearchSpaceTransform({"": distribution}, transform_0_1=True)
 
 
-def _scale(distribution: IntDistribution | FloatDistribution) -> tuple[float, float]:
-    """Ends of the continuous scale; for integers, half a step beyond the lowest and highest value."""
-    room = 0.5 if isinstance(distribution, IntDistribution) else 0.0
-    low, high = float(distribution.low) - room, float(distribution.high) + room
-    return (np.log(low), np.log(high)) if distribution.log else (low, high)
+def encode(distribution: BaseDistribution, value: float) -> float:
+    """Place of a numerical value in [0, 1]."""
+    return float(_scale(distribution).transform({"": value})[0])
 
 
-def encode(distribution: IntDistribution | FloatDistribution, value: float) -> float:
-    """Place of a numerical value in [0, 1], on the distribution's own scale."""
-    count = levels(distribution)
-    if count is not None:
-        return (round((value - distribution.low) / (distribution.step or 1)) + 0.5) / count
-    low, high = _scale(distribution)
-    return ((np.log(value) if distribution.log else value) - low) / (high - low)
-
-
-def decode(distribution: IntDistribution | FloatDistribution, place: float) -> int | float:
+def decode(distribution: BaseDistribution, place: float) -> int | float:
     """Value at a place in [0, 1]; the inverse of `encode`."""
-    count = levels(distribution)
-    if count is not None:
-        index = min(int(place * count), count - 1)
-        value = distribution.low + index * (distribution.step or 1)
-    else:
-        low, high = _scale(distribution)
-        value = low + place * (high - low)
-        value = np.exp(value) if distribution.log else value
-    if isinstance(distribution, IntDistribution):
-        return int(min(max(round(value), distribution.low), distribution.high))
-    return float(min(max(value, distribution.low), distribution.high))
+    return _scale(distribution).untransform(np.array([place]))[""]
 
 
 def random_value(distribution: BaseDistribution, rng: np.random.Generator) -> Any:
     """A random value, uniform on the distribution's own scale."""
     if isinstance(distribution, CategoricalDistribution):
         return distribution.choices[rng.integers(len(distribution.choices))]
-    assert isinstance(distribution, IntDistribution | FloatDistribution)
     return decode(distribution, rng.random())
 
 
@@ -347,7 +287,6 @@ def neighbour_value(distribution: BaseDistribution, own: Any, other: Any, rng: n
     if isinstance(distribution, CategoricalDistribution):
         rest = [choice for choice in distribution.choices if choice != own]
         return other if rng.random() < 0.5 and other in rest else rest[rng.integers(len(rest))]
-    assert isinstance(distribution, IntDistribution | FloatDistribution)
     at = encode(distribution, own)
     step = rng.uniform(-1.0, 1.0) * (at - encode(distribution, other))
     place = abs(at + step)
@@ -355,11 +294,11 @@ def neighbour_value(distribution: BaseDistribution, own: Any, other: Any, rng: n
     return value if value != own else _next(distribution, own, step)
 
 
-def _next(distribution: IntDistribution | FloatDistribution, own: Any, direction: float) -> Any:
+def _next(distribution: Any, own: Any, direction: float) -> Any:
     """The next value of a discrete distribution in a direction, at its end the one before; else `own`."""
-    if isinstance(distribution, FloatDistribution) and distribution.step is None:
+    if distribution.step is None:
         return own
-    step = (distribution.step or 1) * (1 if direction >= 0.0 else -1)
+    step = distribution.step * (1 if direction >= 0.0 else -1)
     return own + step if distribution.low <= own + step <= distribution.high else own - step
 
 

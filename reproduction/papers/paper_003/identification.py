@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ....estimation.information.bounds import cramer_rao
-from ....estimation.methods_only.observers import eso
-from ....estimation.methods_only.svr.estimators import LSSVR
+from ....estimation.methods_only.svr import LSSVR
+from ....methods import eso_rw_lssvr as eso
 from ....methods.base import Method
 from ....methods.eso_rw_lssvr import EsoRwLssvr
 from ....methods.filtered_ls import SvfLs

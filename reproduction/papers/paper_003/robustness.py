@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ....datasets.generator import Case, generate
-from ....estimation.methods_only.svr import solve
-from ....estimation.methods_only.svr.estimators import LSSVR
+from ....estimation.methods_only import svr
+from ....estimation.methods_only.svr import LSSVR
 from ....models.model import resolve
 from ..study import StudyResult
 from . import vessels
@@ -40,7 +40,7 @@ def outliers(rng: np.random.Generator, *, index: int) -> StudyResult:
         for name, regressor in FORMS.items():
             found = percent(model, regressor.fit(x, dirty).coef_)
             values[f"{name}_{kind}"] = float(np.abs(found).max())
-        kept = solve.within_mad(dirty)
+        kept = svr.within_mad(dirty)
         values[f"removed_as_printed_{kind}"] = float(np.mean(~kept[hit]))
         values[f"removed_{kind}"] = float(np.mean(CORRECTED.weights_[hit] == 0.0))
     values["rw_over_ls_single"] = values["corrected_single"] / values["ls_single"]
@@ -75,7 +75,7 @@ def rule(rng: np.random.Generator, *, index: int) -> StudyResult:
     """The 3-MAD rule on a raw signal: rows of a clean zigzag that it drops by the slope of the rudder."""
     run = generate(Case("cargo", "zigzag:20/20", duration_s=3600.0, dt_s=1.0))
     slope = np.gradient(run.rudder(), run.dt)
-    return StudyResult({"dropped_slope": float(np.mean(~solve.within_mad(slope)))})
+    return StudyResult({"dropped_slope": float(np.mean(~svr.within_mad(slope)))})
 
 
 def sensitivity(rng: np.random.Generator, *, index: int) -> StudyResult:

@@ -6,9 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from ....estimation.methods_only.observers import eso
 from ....estimation.observers.linear import Discrete, discretised, respond
 from ....estimation.observers.smoothing import SmoothedTrack, Walk, random_walk, smoothed
+from ....methods import eso_rw_lssvr as eso
 from ...claims.files import published
 from ..study import StudyResult
 from . import vessels

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ....estimation.methods_only.observers import eso
-from ....estimation.methods_only.svr.solve import adaptive_weights
+from ....estimation.methods_only.svr import adaptive_weights
 from ....estimation.observers.linear import noise_gains
+from ....methods import eso_rw_lssvr as eso
 from ....methods.ls_svr import DOMAIN
 from ....models.model import resolve
 from ..study import PaperStudy, StudyResult, settings_at

@@ -9,8 +9,8 @@ import numpy as np
 
 from ....datasets.generator import Case, generate
 from ....datasets.record import Record
-from ....estimation.methods_only.observers import eso
 from ....estimation.observers.linear import discretised, respond
+from ....methods import eso_rw_lssvr as eso
 from ....models.model import Model, resolve
 
 VESSELS = ("cargo", "patrol")

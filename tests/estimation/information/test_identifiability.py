@@ -140,13 +140,6 @@ def test_heading_alone(vessel):
     assert np.all(heading.relative > both.relative)
 
 
-def test_unknown_coefficients_are_identified_first(hsva):
-    found = identifiability(resolve("nomoto-1-cubic"), [hsva("Z_15_05")])
-    assert [parameter.name for parameter in found.parameters] == ["T", "K", "alpha"]
-    assert dict((t.name, t.value) for t in found.parameters)["K"] == pytest.approx(0.519, rel=0.02)
-    assert found.advice is not None
-
-
 def test_the_noise_is_estimated_from_the_records():
     quiet = generate(Case("response-1", "zigzag:20/20"))
     assert noise_of([quiet])["yaw_rate_rad_s"] == np.deg2rad(0.01)  # none is visible: the table's low level

@@ -6,7 +6,7 @@ from sklearn.kernel_ridge import KernelRidge
 from sklearn.linear_model import LinearRegression
 
 from helmbench.estimation.methods_only.black_box.compiled import KERNELS, NETWORKS, TREES, compiled, stacked
-from helmbench.estimation.methods_only.black_box.predictor import fit_regressors
+from helmbench.estimation.methods_only.black_box.scaled import fit_regressors
 from helmbench.methods.registry import make
 
 FORMS = {

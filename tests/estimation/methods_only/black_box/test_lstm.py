@@ -7,12 +7,20 @@ import pytest
 from scipy.special import expit
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.methods_only.black_box.free_runs import mean_square, require_jax, windows_of
 from helmbench.estimation.methods_only.black_box.rows import Signals
 from helmbench.estimation.methods_only.black_box.state_space import pasts
 from helmbench.estimation.run.prediction import prediction_scores
 from helmbench.methods import contract
-from helmbench.methods.lstm import LAGS, STEP_SIZE, STEPS, LstmNetwork, train
+from helmbench.methods.recurrent import (
+    LSTM_LAGS,
+    LSTM_STEPS,
+    STEP_SIZE,
+    LstmNetwork,
+    mean_square,
+    require_jax,
+    train_lstm,
+    windows_of,
+)
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import resolve
@@ -44,7 +52,7 @@ def test_a_step_is_that_of_the_literature(rng):
 def test_a_run_begins_with_the_memory_of_its_past(rng):
     net, n = network(rng), 20
     part = Signals(1.0, rng.normal(size=(n, K)), rng.normal(size=(n, NU)), np.ones(n, bool))
-    state = net.begin(pasts(part, np.array([11]), 2, LAGS))[0]
+    state = net.begin(pasts(part, np.array([11]), 2, LSTM_LAGS))[0]
     hidden, cell_state = np.zeros(UNITS), np.zeros(UNITS)
     for sample in (3, 5, 7, 9):
         hidden, cell_state = cell(net, part.outputs[sample], part.inputs[sample], hidden, cell_state)
@@ -55,7 +63,7 @@ def test_a_run_begins_with_the_memory_of_its_past(rng):
 @pytest.mark.nightly
 def test_the_loss_is_the_error_of_free_runs(rng):
     part, _ = linear(rng, 100)
-    windows = windows_of(training(part), LAGS, STEPS)
+    windows = windows_of(training(part), LSTM_LAGS, LSTM_STEPS)
     net = LstmNetwork(rng.normal(size=(1 + 1 + UNITS + 1, 4 * UNITS)), 0.1 * rng.normal(size=(UNITS + 1, 1)))
     state, total = net.begin(windows.past), 0.0
     for inputs, outputs, weight in zip(*windows[1:], strict=True):
@@ -71,8 +79,8 @@ def test_the_loss_is_the_error_of_free_runs(rng):
 def test_the_first_update_moves_every_weight_by_the_step_size_and_the_decay(rng):
     """Adam's first update is the sign of the gradient, whatever its size; the step size is single precision."""
     part, _ = linear(rng, 100)
-    free, held = (train(training(part), UNITS, 1, decay, seed=0) for decay in (0.0, 0.5))
-    first = train(training(part), UNITS, 0, 0.0, seed=0)
+    free, held = (train_lstm(training(part), UNITS, 1, decay, seed=0) for decay in (0.0, 0.5))
+    first = train_lstm(training(part), UNITS, 0, 0.0, seed=0)
     for before, after, decayed in zip(first, free, held, strict=True):
         moved = np.abs(after - before)
         assert np.median(moved) == pytest.approx(STEP_SIZE, rel=1e-3) and moved.max() < 1.001 * STEP_SIZE
@@ -82,9 +90,9 @@ def test_the_first_update_moves_every_weight_by_the_step_size_and_the_decay(rng)
 @pytest.mark.nightly
 def test_a_network_learns_a_linear_system(rng):
     part, _ = linear(rng, 400)
-    net = train(training(part), units=16, iterations=800, decay=0.02, seed=0)
+    net = train_lstm(training(part), units=16, iterations=800, decay=0.02, seed=0)
     held_out, _ = linear(rng)
-    error = free_run(net, held_out, LAGS, 20, 120) - held_out.outputs[21:121, 0]
+    error = free_run(net, held_out, LSTM_LAGS, 20, 120) - held_out.outputs[21:121, 0]
     assert np.sqrt(np.mean(error**2)) < 0.3 * held_out.outputs.std()
     assert all(isinstance(array, np.ndarray) and array.dtype == float for array in net)
 
@@ -92,7 +100,7 @@ def test_a_network_learns_a_linear_system(rng):
 @pytest.mark.nightly
 def test_the_seed_decides(rng):
     part, _ = linear(rng, 100)
-    one, again, other = (train(training(part), UNITS, 5, 0.1, seed) for seed in (3, 3, 4))
+    one, again, other = (train_lstm(training(part), UNITS, 5, 0.1, seed) for seed in (3, 3, 4))
     assert all(map(np.array_equal, one, again)) and not np.allclose(one.gates, other.gates)
 
 

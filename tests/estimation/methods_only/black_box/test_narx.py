@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.methods_only.black_box.narx import learn_narx
-from helmbench.estimation.methods_only.black_box.rows import BRIDGED, Lags, narx_rows, signals_of
+from helmbench.estimation.methods_only.black_box.narx import NarxPredictor
+from helmbench.estimation.methods_only.black_box.rows import BRIDGED, Lags, narx_rows, outputs_of, signals_of
+from helmbench.estimation.methods_only.black_box.scaled import fit_scaled
 from helmbench.estimation.methods_only.black_box.terms import (
     TermRegression,
     evaluate,
@@ -55,12 +56,17 @@ def test_too_few_rows_are_refused():
         narx_rows(signals_of([record().slice(0, 20)], MODEL), Lags(stride=16, outputs=3, inputs=3))
 
 
+def learnt(rows, make, lags, dt):
+    function = fit_scaled(*rows, make, lags.features(MODEL))
+    return NarxPredictor(tuple(MODEL.states), outputs_of(MODEL), lags.stride * dt, lags, function)
+
+
 @pytest.mark.parametrize("stride", [1, 3])
 def test_a_linear_ship_is_learnt_exactly_enough_at_any_sampling(stride):
     signals = signals_of([record()], MODEL)
     lags = Lags(stride, 2, 2)
-    x, y = narx_rows(signals, lags)
-    predictor = learn_narx(x, y, lambda d: TermRegression(monomials(d, 1), alpha=1e-7), MODEL, lags, signals[0].dt)
+    rows = narx_rows(signals, lags)
+    predictor = learnt(rows, lambda d: TermRegression(monomials(d, 1), alpha=1e-7), lags, signals[0].dt)
     for dt in (1.0, 0.5):
         held_out = record(dt_s=dt, seed=4).turned(MODEL.positive_rudder)
         series = series_of(held_out, MODEL, MEASURED)
@@ -74,7 +80,7 @@ def test_a_run_far_from_the_training_records_ends_in_nan():
     signals = signals_of([record()], MODEL)
     lags = Lags(2, 1, 1)
     x, y = narx_rows(signals, lags)
-    predictor = learn_narx(x, -5.0 * y, lambda d: TermRegression(monomials(d, 3)), MODEL, lags, signals[0].dt)
+    predictor = learnt((x, -5.0 * y), lambda d: TermRegression(monomials(d, 3)), lags, signals[0].dt)
     run = predictor.simulate(1e5 + np.zeros((50, 1)), 1.0, np.zeros(len(MODEL.states)))
     assert np.isfinite(run[0]).all() and np.isnan(run[-1]).all()
 

@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.methods_only.black_box.free_runs import windows_of
 from helmbench.estimation.methods_only.black_box.rows import Signals
 from helmbench.estimation.methods_only.black_box.state_space import SignalScales, Training, pasts, training_of
-from helmbench.methods.recurrent import LAGS, STEPS, WINDOWS, RecurrentNetwork, train
+from helmbench.methods.recurrent import LAGS, STEPS, WINDOWS, RecurrentNetwork, train_recurrent, windows_of
 from helmbench.methods.registry import make
 from helmbench.methods.subspace import identify
 from helmbench.models.errors import BadInput, CannotFit, FitFailed
@@ -106,7 +105,7 @@ def test_windows_end_with_their_record_and_before_gaps(rng):
 
 def test_a_network_learns_a_linear_system(rng):
     part, _ = linear(rng)
-    network = train(training(part), hidden=2, units=3, alpha=1e-9, seed=0)
+    network = train_recurrent(training(part), hidden=2, units=3, alpha=1e-9, seed=0)
     held_out, _ = linear(rng)
     error = free_run(network, held_out, 3, 20, 120) - held_out.outputs[21:121, 0]
     assert np.sqrt(np.mean(error**2)) < 0.1 * held_out.outputs.std()

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from helmbench.estimation.methods_only.recursive import _kernels, recursion
-from helmbench.estimation.methods_only.recursive.recursion import RecursionPrior, RecursionState, RowScales
 from helmbench.methods.rls import MultiInnovationRule, Rls
 
 
@@ -66,10 +65,12 @@ def test_long_trajectories_are_thinned(monkeypatch, suite):
 
 def test_windows_reach_over_blocks_and_records(rng):
     """All samples at once give the same as the samples in pieces of any size."""
-    prior = RecursionPrior(1e10, np.zeros(3), "physical")
-    y, phi = rng.normal(size=(60, 1)), rng.normal(size=(60, 1, 3))
-    scales = RowScales(np.ones(1), np.ones(3), 60)
-    whole = RecursionState(prior, scales, MultiInnovationRule(5)).add(y, phi)
-    pieces = RecursionState(prior, scales, MultiInnovationRule(5))
-    cuts = [slice(0, 1), slice(1, 3), slice(3, 20), slice(20, 60)]
-    assert np.array_equal(np.concatenate([pieces.add(y[c], phi[c]) for c in cuts]), whole)
+    y, h = rng.normal(size=60), rng.normal(size=(60, 3))
+
+    def path(cuts):
+        rule, state, found = MultiInnovationRule(5), (np.zeros(3), np.eye(3), np.full(3, 1e10)), np.empty((60, 3))
+        for cut in cuts:
+            rule.run(y[cut], h[cut], 1, *state, found[cut])
+        return found
+
+    assert np.array_equal(path([slice(0, 1), slice(1, 3), slice(3, 20), slice(20, 60)]), path([slice(0, 60)]))

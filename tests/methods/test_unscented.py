@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.methods_only.filters import joint
 from helmbench.estimation.records.series import series_of
+from helmbench.methods import kalman as joint
 from helmbench.models.model import resolve
 from helmbench.models.simulate import simulate
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from helmbench.estimation.methods_only.black_box.predictor import BlackBoxPredictor, features_of
+from helmbench.estimation.methods_only.black_box.scaled import Scaled
 from helmbench.estimation.results.predictor import ModelPredictor
+from helmbench.methods.black_box import BlackBoxPredictor, features_of
 from helmbench.models.model import resolve
 from helmbench.models.simulate import accelerations, initial_state
 
@@ -30,7 +31,7 @@ def perfect(model):
 
     d = len(names)
     scaling = (np.zeros(d), np.ones(d), np.zeros(k), np.ones(k))
-    return BlackBoxPredictor(model.states, model.inputs, names, *scaling, (), exact)
+    return BlackBoxPredictor(model.states, model.inputs, names, Scaled(*scaling, (), exact))
 
 
 @pytest.mark.parametrize("ship", ["mariner", "response-1", "response-2", "kvlcc2-l7"])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.methods_only.observers import eso
 from helmbench.estimation.observers.linear import noise_gains, respond
+from helmbench.methods import eso_rw_lssvr as eso
 from helmbench.models.model import resolve
 
 RECORDS = {

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.record import Record
-from helmbench.estimation.methods_only.filters import joint
-from helmbench.estimation.methods_only.filters.joint import CoefficientDensity, NoiseVariances, smoothed_start
 from helmbench.estimation.records.series import series_of
+from helmbench.methods import kalman as joint
+from helmbench.methods.kalman import CoefficientDensity, NoiseVariances, smoothed_start
 from helmbench.models.model import resolve
 from helmbench.models.simulate import initial_state, inputs_of, sensitivities, simulate
 
-from ....made_up.records import driven
+from ..made_up.records import driven
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.estimation.methods_only.physics_informed.fit import PinnEquations, features_of
+from helmbench.methods.pinn import PinnEquations, features_of
 from helmbench.models.model import resolve
 
 

@@ -1,1 +1,0 @@
-"""The extended state observer."""

@@ -1,1 +1,0 @@
-"""Networks of time that are held to a model's equations."""

@@ -1,1 +1,0 @@
-"""Least-squares support vector regression: the mathematics, and scikit-learn regressors on it."""
