@@ -78,7 +78,8 @@ def _diagnosed(
         records = records.behind_sensors(options.causes())
         watch(BASE_MODEL)
         model = identified(model, records.train)
-    held = records.put_back(records.recorded)
+    behind = records.behind_sensors(options.causes())
+    held = behind.put_back(records.recorded)
     options = through_the_water(options, records)
     diagnosis, nearly = _named(model, records, held, options, watch)
     alike = replace(records, train=[r for r in records.train if r.name not in diagnosis.apart])
@@ -98,7 +99,7 @@ def _diagnosed(
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
     names, doubts = {r.name for r in records.train}, (*aside, *diagnosis.doubts)
-    evaluation = tuple(held or records.put_back([r for r in train if r.name in names]))
+    evaluation = tuple(held or behind.put_back([r for r in train if r.name in names]))
     return replace(diagnosis, records=tuple(roles), doubts=doubts, evaluation=evaluation, wall_s=wall_s, cpu_s=cpu_s)
 
 

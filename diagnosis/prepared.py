@@ -59,8 +59,9 @@ class Prepared:
     faults : of whole columns, by the id of their check.  few : those that fewer than half of the records have, with
     these: no instruments of a model, as the others are right as they are.
     checked : what the checks of the files say, corrected where they can be.
-    findings, removed : what channels show of their sensors, and these sizes as instruments.  tested : cause (id) that
-    the channels were asked for -> statistic (z squared) of the evidence by itself.
+    findings, removed : what channels show of their sensors, and these sizes as instruments.  unshown : sizes that no
+    instrument of a model has (a compass deviation, late positions).  tested : cause (id) that the channels were asked
+    for -> statistic (z squared) of the evidence by itself.
     decided : causes (ids) that the sensors' channels have decided on without a model.
     current : that positions drift against heading and log, which no error of these explains.
     derived : record name -> columns that are made from each other: they are not compared.
@@ -74,6 +75,7 @@ class Prepared:
     checked: tuple[CheckFinding, ...] = ()
     findings: tuple[Finding, ...] = ()
     removed: dict[str, float] = field(default_factory=dict)
+    unshown: tuple[Sizes, ...] = ()
     tested: dict[str, float] = field(default_factory=dict)
     decided: frozenset[str] = frozenset()
     current: Finding | None = None
@@ -119,6 +121,7 @@ class Prepared:
                 findings=(*done.findings, *findings),
                 current=done.current or drift,
                 removed=combined(done.removed, _instruments([s for s in comparison.new if s.material])),
+                unshown=(*done.unshown, *(s for s in comparison.removed if s.material and not _is_shown(s))),
                 tested=tested,
             )
         return done
@@ -135,7 +138,10 @@ class Prepared:
         wrong = {f.cause for f in self.checked if f.corrected and not f.blanked}
         wrong -= {name for name, fault in self.faults.items() if fault.instruments and name not in self.few}
         right, turned = cleaned_of(records, wrong), self.few.get(RudderSign.id, ())
-        return [r.with_channels(**to_other_side(r)) if r.name in turned else r for r in right]
+        right = [r.with_channels(**to_other_side(r)) if r.name in turned else r for r in right]
+        for s in self.unshown:
+            right = [s.option.corrected_for(r, np.array([mean.of_another for mean in s.means])) for r in right]
+        return right
 
 
 def _current(comparison: Compared) -> Finding | None:
@@ -147,6 +153,11 @@ def _current(comparison: Compared) -> Finding | None:
             z = max(2.0 * NORMAL_90 * s.value / max(s.high - s.low, 1e-12) for s in speeds)
             return of_sensor(replace(finding, z=z), {finding.cause})
     return None
+
+
+def _is_shown(s: Sizes) -> bool:
+    """Whether an instrument of a model shows an error."""
+    return any(effect.instruments for effect in s.option.effects)
 
 
 def _instruments(sizes: Sequence[Sizes]) -> dict[str, float]:

@@ -95,7 +95,8 @@ def _groups(model: Model) -> tuple[Group, ...]:
 def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Record]) -> Calibration:
     started, groups, options = time.perf_counter(), _groups(model), Options().checked(model)
     records, aside = ready_records(model, train, held_out, options)
-    held, behind = records.put_back(records.recorded), records.behind_sensors(None)
+    behind = records.behind_sensors(None)
+    held = behind.put_back(records.recorded)
     choice, wide, said, _ = by_pieces(model, records, held, through_the_water(options, records))
     runs, selection, widest = choice.runs, choice.selection, choice if wide is None else wide
     gain, wide_gain = said.gain, said.calibrated_gain or said.gain

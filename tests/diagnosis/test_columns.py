@@ -1,5 +1,6 @@
 """Columns in another unit or with the other sign: findings of the diagnosis, and no error of held-out records."""
 
+import numpy as np
 import pytest
 
 from helmbench.bench.faults import FaultCase, inject
@@ -30,3 +31,16 @@ def test_a_column_that_was_corrected_as_a_whole_is_named_first(column, factor, c
     assert right.verdict == "adequate"
     for channel, gain in right.gain.items():
         assert found.gain[channel].rmse_after == pytest.approx(gain.rmse_after, rel=0.02), channel
+
+
+def test_held_out_headings_are_scored_without_a_compass_deviation_that_no_instrument_shows(rng):
+    case = inject(FaultCase("kvlcc2-l7", ()), rng)
+
+    def deviated(record):
+        true = record.heading_unwrapped()
+        return record.with_channels(heading_rad=true + 0.06 * np.sin(true) + 0.03 * np.cos(true))
+
+    right = diagnose(resolve("kvlcc2-l7"), case.train, case.held_out)
+    found = diagnose(resolve("kvlcc2-l7"), [*map(deviated, case.train)], [*map(deviated, case.held_out)])
+    assert [f.cause for f in found.causes] == ["compass_deviation"] and found.verdict == "named"
+    assert found.gain["heading_rad"].own_after < 3.0 * right.gain["heading_rad"].own_after < np.deg2rad(0.5)
