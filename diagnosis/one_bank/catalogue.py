@@ -199,16 +199,17 @@ def _own_neutral_angles(records: int) -> tuple[Candidate, dict[str, Place]]:
 
 def _flows(model: Model, facts: Facts, speed: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
     """Steady current and wind: the same in all records, each record's own, or of one record alone; where the model
-    states no windage, with coefficients of the wind force, which are all that is not known of a measured wind."""
+    states no windage, with coefficients of the wind force, which are all that is not known of a measured wind (of one
+    record alone they would take up its neutral angle)."""
     coefficients = {f"{Wind.id} {n}": Place("windage", (n,)) for n in WIND_COEFFICIENTS}
     wind = (Wind.id, Wind.prior.sd, {} if model.windage else coefficients)
     in_wind, lacking = tuple(Number(name, IN_WIND_SD) for name in coefficients), _lacks_windage(model, facts)
     if facts.windy:
         yield Candidate(*((Wind.id, in_wind, INPUT) if lacking else (WIND_FORCE[0], in_wind, HULL))), coefficients
     every = range(facts.records)
-    owners = ((None,), *([every] if facts.records > 1 else []), *((r,) for r in every if facts.records > 2))
     for cause, sd, more in ((Current.id, Current.prior.sd, {}), *(() if lacking else (wind,))):
-        for records in owners:
+        alone = [(r,) for r in every] if facts.records > 2 and not more else []
+        for records in ((None,), *([every] if facts.records > 1 else []), *alone):
             places = {
                 flow_name(cause, side, r): Place("flow", column=FLOWS[cause] + i, record=r)
                 for r in records
