@@ -158,9 +158,9 @@ def stamps(time: np.ndarray) -> Stamps:
 
 UNEVEN_SHARE = 0.02
 MISSING_SHARE = 0.02
-MOST, WHOLE = 0.2, 0.3
-"""Share of the rows that may be missing where all gaps are short, and else share of the record that the longest stretch
-without a long gap takes at least, for a motion to be followed."""
+MOST, TOO_LONG, WHOLE = 0.2, 0.2, 0.3
+"""Share of the rows that may be missing where all gaps are short, and else shares of the record that one gap may take,
+and that the longest stretch without a long gap takes at least, for a motion to be followed."""
 LONG = 20
 """Steps below which a gap is short."""
 
@@ -181,7 +181,8 @@ class TimeStamps(FileCheck):
             much = s.missing > MISSING_SHARE * record.n
             share = s.missing / (record.n + s.missing)
             short = s.longest_s <= LONG * s.step_s
-            torn = share > MOST if short else s.whole_s < WHOLE * float(np.ptp(record.time_s))
+            duration_s = float(np.ptp(record.time_s))
+            torn = share > MOST if short else s.longest_s > TOO_LONG * duration_s or s.whole_s < WHOLE * duration_s
             size = (exact("longest gap", s.longest_s, "s"),)
             faults.append(Fault(said, ("time_s",), size, much or torn, standing=torn))
         if s.late.size:
