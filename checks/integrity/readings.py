@@ -108,7 +108,7 @@ def less_drift(record: Record) -> Record:
 
 class Reading(NamedTuple):
     """Another reading of heading, velocities and positions: the check (id) that names it, its columns, the record read
-    so, how in words, and the instruments of a model that shows them as they are."""
+    so, how in words (with the turn of the heading), and the instruments of a model that shows them as they are."""
 
     check: str
     columns: tuple[str, ...]
@@ -130,7 +130,7 @@ READINGS = (
         "when they are read as north and east",
         {"earth_frame_velocity": 1.0},
     ),
-    Reading("heading_zero", (HEADING,), about_track, "with the heading turned by 180 deg", {"heading_bias": np.pi}),
+    Reading("heading_zero", (HEADING,), about_track, "with the heading turned by {turn:.4g} deg"),
     Reading("wrong_unit", TURN, in_degrees, "with heading_rad in another unit: radians were taken for degrees"),
     Reading("channel_swap", (HEADING,), less_drift, "with heading_rad as the course over ground, less the drift angle"),
     *(
@@ -142,18 +142,20 @@ READINGS = (
 
 
 class Better(NamedTuple):
-    """A reading that agrees far better, with the present and its own disagreement (shares of the way made)."""
+    """A reading that agrees far better, with the present and its own disagreement (shares of the way made), and by how
+    much it turns the heading, rad."""
 
     reading: Reading
     present: float
     own: float
+    turn: float = 0.0
 
     @property
     def evidence(self) -> str:
         """What agrees better, in words."""
         return (
             f"the track disagrees with the velocities by {self.present:.3f} of the way made, by {self.own:.3f} "
-            f"{self.reading.how}"
+            f"{self.reading.how.format(turn=np.rad2deg(self.turn))}"
         )
 
 
@@ -177,7 +179,8 @@ def _better_reading(record: Record) -> Better | None:
     by_log, moved = _ways(record)
     askew = _disagreement(by_log * np.exp(-1j * _mean_angle(by_log, moved)), moved)  # what a compass may err, alone
     sure &= not askew < BETTER * errors[best]
-    return Better(READINGS[best], present, errors[best]) if sure else None
+    turn = READINGS[best].read(record).heading_unwrapped() - record.heading_unwrapped()
+    return Better(READINGS[best], present, errors[best], float(np.nanmedian(turn))) if sure else None
 
 
 def reread(record: Record, check: str) -> list[Fault]:
@@ -186,6 +189,8 @@ def reread(record: Record, check: str) -> list[Fault]:
     if better is None or better.reading.check != check:
         return []
     fixed, (_, columns, _, _, instruments) = better.reading.read(record), better.reading
+    if better.reading.read is about_track:
+        instruments = {"heading_bias": float(np.angle(np.exp(-1j * better.turn)))}
     values, clear = {name: fixed.column(name) for name in columns}, (better.present / max(better.own, 1e-6)) ** 2
     return [Fault(better.evidence, columns, columns=values, statistic=clear, instruments=instruments)]
 

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.checks.check import check, examine
+from helmbench.checks.columns import HeadingZero
 from helmbench.datasets.record import Record
 
 from ..nightly_marks import nightly_but
@@ -78,3 +80,13 @@ def test_time_that_runs_backwards_is_told_by_positions_alone(rng):
     assert "heading_zero" not in {f.cause for f in found(back)}
     (finding,) = (f for f in found(back.with_channels(yaw_rate_rad_s=None)) if f.cause == "heading_zero")
     assert "or time runs backwards" in finding.evidence
+
+
+@pytest.mark.parametrize("offset", [90.0, 180.0])
+def test_with_velocities_the_turn_of_the_heading_is_told_and_is_an_instrument(offset, rng):
+    case = inject(FaultCase("kvlcc2-l7"), rng)
+    wrong = case.train[0].with_channels(heading_rad=case.train[0].heading_unwrapped() + np.deg2rad(offset))
+    (fault,) = HeadingZero().find(wrong)
+    turn = float(fault.evidence.partition("turned by ")[2].partition(" deg")[0])
+    assert np.cos(np.deg2rad(turn + offset)) == pytest.approx(1.0, abs=1e-3)
+    assert np.cos(fault.instruments["heading_bias"] - np.deg2rad(offset)) == pytest.approx(1.0, abs=1e-3)
