@@ -176,7 +176,7 @@ def _vessel(record: Record, model: Model) -> Iterator[Doubt]:
 
 def _scale(record: Record, model: Model) -> Iterator[Doubt]:
     """Speed and yaw rate are those of another scale than the model's."""
-    length, speed = model.particulars.get("L"), _straight_speed(record)
+    length, speed = model.particulars.get("L"), straight_speed(record)
     if length is None or speed is None or not np.isfinite(model.speed_m_s):
         return
     ratio = speed / model.speed_m_s
@@ -198,7 +198,7 @@ def _scale(record: Record, model: Model) -> Iterator[Doubt]:
 
 def _revolutions(record: Record, model: Model) -> Iterator[Doubt]:
     """The propeller turns at another rate than the model's does at this speed."""
-    speed, own = _straight_speed(record), model.n0_rps
+    speed, own = straight_speed(record), model.n0_rps
     if speed is None or not own or not np.isfinite(model.speed_m_s) or not record.has(REVOLUTIONS):
         return
     rate = float(np.nanmedian(np.abs(record.column(REVOLUTIONS))))
@@ -213,7 +213,7 @@ def _revolutions(record: Record, model: Model) -> Iterator[Doubt]:
         yield Doubt(record.name, message, hint, REVOLUTIONS, fatal=in_minutes)
 
 
-def _straight_speed(record: Record) -> float | None:
+def straight_speed(record: Record) -> float | None:
     """Speed, m/s, that a tenth of the samples exceed; None where no speed is recorded."""
     if not record.has("surge_m_s"):
         return None

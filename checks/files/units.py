@@ -10,6 +10,7 @@ import numpy as np
 from ...datasets.axes import track_of
 from ...datasets.columns import POSITIONS, RUDDERS, TURN, TWIN, VELOCITIES
 from ...datasets.instruments import REVOLUTIONS
+from ...datasets.plausibility import straight_speed
 from ...datasets.signals import sensor_sd
 from ...datasets.yaw_response import steering_side
 from ...models.linear_algebra import lstsq
@@ -157,13 +158,10 @@ def revolutions_units(records: Sequence[Record]) -> dict[str, Fault]:
 
 def _turns_of_a_metre(record: Record) -> float | None:
     """Revolutions over the speed on a straight course, 1/m; None where one of them is not known."""
-    if not record.has("surge_m_s", REVOLUTIONS):
-        return None
-    speed, turns = (np.abs(record.column(name)) for name in ("surge_m_s", REVOLUTIONS))
-    if not (np.isfinite(speed).any() and np.isfinite(turns).any()):
-        return None
-    fast, usual = float(np.nanquantile(speed, 0.9)), float(np.nanmedian(turns))
-    return usual / fast if fast > 0.0 and usual > 0.0 else None
+    speed = straight_speed(record)
+    turns = np.abs(record.column(REVOLUTIONS)) if record.has(REVOLUTIONS) else np.zeros(0)
+    usual = float(np.nanmedian(turns)) if np.isfinite(turns).any() else 0.0
+    return usual / speed if speed is not None and usual > 0.0 else None
 
 
 def _disagreement(record: Record, factors: Mapping[str, float]) -> float:

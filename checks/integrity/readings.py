@@ -102,8 +102,8 @@ def less_drift(record: Record) -> Record:
     column; an antenna at the point about which the ship turns shows such a course, too, beside a right heading."""
     heading = record.heading_unwrapped() - np.arctan2(record.column("sway_m_s"), record.column("surge_m_s"))
     read = record.with_channels(heading_rad=heading)
-    told = record.has("yaw_rate_rad_s") and rate_error(read, TURN[1]) < BETTER * rate_error(record, TURN[1])
-    return read if told else record
+    is_course = record.has(TURN[1]) and rate_error(read, TURN[1]) < BETTER * rate_error(record, TURN[1])
+    return read if is_course else record
 
 
 class Reading(NamedTuple):
@@ -173,14 +173,16 @@ def better_reading(record: Record) -> Better | None:
 
 
 def _better_reading(record: Record) -> Better | None:
-    present, errors = track_error(record), [track_error(reading.read(record)) for reading in READINGS]
-    best = int(np.argmin(errors))
-    sure = errors[best] < min(BETTER * present, MOST) and present > LEAST
     by_log, moved = _ways(record)
+    present, errors = _disagreement(by_log, moved), [track_error(reading.read(record)) for reading in READINGS]
+    best = int(np.argmin(errors))
+    if not (errors[best] < min(BETTER * present, MOST) and present > LEAST):
+        return None
     askew = _disagreement(by_log * np.exp(-1j * _mean_angle(by_log, moved)), moved)  # what a compass may err, alone
-    sure &= not askew < BETTER * errors[best]
+    if askew < BETTER * errors[best]:
+        return None
     turn = READINGS[best].read(record).heading_unwrapped() - record.heading_unwrapped()
-    return Better(READINGS[best], present, errors[best], float(np.nanmedian(turn))) if sure else None
+    return Better(READINGS[best], present, errors[best], float(np.nanmedian(turn)))
 
 
 def reread(record: Record, check: str) -> list[Fault]:

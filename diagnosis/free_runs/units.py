@@ -174,8 +174,8 @@ def _where_known(model: Model, record: Record, edges: np.ndarray) -> list[int]:
     known = [x for name in columns if np.mean(x := np.isfinite(record.column(name))) > MOSTLY]
     places = np.flatnonzero(np.all(known, axis=0)) if known else np.arange(record.n)
     after = np.searchsorted(places, edges[1:-1])
-    moved = [int(places[k]) if k < places.size else int(edge) for k, edge in zip(after, edges[1:-1], strict=True)]
-    return [int(edges[0]), *moved, int(edges[-1])]
+    inner = [int(places[k]) if k < places.size else int(edge) for k, edge in zip(after, edges[1:-1], strict=True)]
+    return [int(edges[0]), *inner, int(edges[-1])]
 
 
 def whole_unit(model: Model, record: Record, length: float, begin_s: float = 0.0) -> Unit:

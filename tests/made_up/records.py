@@ -9,6 +9,18 @@ from helmbench.datasets.record import Record
 from helmbench.models.model import CHANNELS, resolve
 from helmbench.models.simulate import initial_state, inputs_of, simulate
 
+OF_PAPER_003 = {
+    "cargo-S3": ("cargo", "heading:10deg/0.0105rad_s+6deg/0.031rad_s+4deg/0.083rad_s", 6000.0),
+    "cargo-S1": ("cargo", "heading:20deg/600s", 6000.0),
+    "patrol-S3": ("patrol", "heading:10deg/0.12rad_s+6deg/0.5rad_s+4deg/1.6rad_s", 900.0),
+}
+"""Record -> ship, manoeuvre and duration, s, of paper 003."""
+
+
+def percent(model, coefficients):
+    """Errors of the published parameters by coefficients, %."""
+    return 100.0 * (model.to_parameters(coefficients) / model.to_parameters(model.coefficients) - 1.0)
+
 
 def driven(model, rudder, dt, name="driven", **options):
     """A noise-free record of a model driven by a rudder series (N,), from its straight course."""

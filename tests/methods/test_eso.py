@@ -8,15 +8,7 @@ from helmbench.estimation.observers.linear import noise_gains, respond
 from helmbench.methods import eso_rw_lssvr as eso
 from helmbench.models.model import resolve
 
-RECORDS = {
-    "cargo-S3": ("cargo", "heading:10deg/0.0105rad_s+6deg/0.031rad_s+4deg/0.083rad_s", 6000.0),
-    "cargo-S1": ("cargo", "heading:20deg/600s", 6000.0),
-    "patrol-S3": ("patrol", "heading:10deg/0.12rad_s+6deg/0.5rad_s+4deg/1.6rad_s", 900.0),
-}
-
-
-def percent(model, coefficients):
-    return 100.0 * (model.to_parameters(coefficients) / model.to_parameters(model.coefficients) - 1.0)
+from ..made_up.records import OF_PAPER_003, percent
 
 
 def least_squares(observed, rudder, slope):
@@ -109,7 +101,7 @@ def test_unknown_discretisation():
 )
 def test_noise_free_least_squares_behind_the_observer(name, reference):
     """Euler plant and Euler ESO at 45 rad/s, b0 = 0: the reference's errors of T1, T2, T3, K in percent."""
-    ship, text, duration = RECORDS[name]
+    ship, text, duration = OF_PAPER_003[name]
     record = generate(Case(ship, text + "@euler", duration_s=duration, dt_s=0.02))
     rudder = record.rudder()
     observed = eso.observe(record.heading_unwrapped(), 0.02, 45.0, "euler")
@@ -123,7 +115,7 @@ def test_noise_free_least_squares_behind_the_observer(name, reference):
 )
 def test_noise_free_least_squares_behind_the_printed_observer(name, reference):
     """b0 = 1, l3 = 100: T2 and T3 are not identified (rudder and its slope not filtered)."""
-    ship, text, duration = RECORDS[name]
+    ship, text, duration = OF_PAPER_003[name]
     model = resolve(ship)
     record = generate(Case(ship, text + "@euler", duration_s=duration, dt_s=0.02))
     kp, lag, psi, rudder = model.controller.kp, model.rudder.lag_s, record.heading_unwrapped(), record.rudder()

@@ -8,19 +8,11 @@ from helmbench.methods.eso_rw_lssvr import EsoRwLssvr
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
-RECORDS = {
-    "cargo-S3": ("cargo", "heading:10deg/0.0105rad_s+6deg/0.031rad_s+4deg/0.083rad_s", 6000.0),
-    "cargo-S1": ("cargo", "heading:20deg/600s", 6000.0),
-    "patrol-S3": ("patrol", "heading:10deg/0.12rad_s+6deg/0.5rad_s+4deg/1.6rad_s", 900.0),
-}
-
-
-def percent(model, coefficients):
-    return 100.0 * (model.to_parameters(coefficients) / model.to_parameters(model.coefficients) - 1.0)
+from ..made_up.records import OF_PAPER_003, percent
 
 
 def record_of(name, dt=0.1):
-    ship, text, duration = RECORDS[name]
+    ship, text, duration = OF_PAPER_003[name]
     return generate(Case(ship, text, duration_s=duration, dt_s=dt))
 
 
