@@ -323,10 +323,12 @@ def _sparse(choice: Choice) -> Choice:
 
 
 def half_intervals(runs: FreeRuns, fitted: Fitted, beside: bool = False) -> dict[str, float]:
-    """Number -> half of its 90 % interval; beside : numbers that are all uncertain, which widen the intervals of those
-    that are alike to both sides, as they are themselves."""
+    """Number -> half of its 90 % interval; beside : numbers that are all uncertain, which widen their own intervals and
+    those of faults that are alike to both sides, as they are themselves."""
     factor, pairs = interval_factor(runs), zip(fitted.numbers, fitted.sd.tolist(), strict=True)
-    return {n.name: (WIDER if beside and not _has_side(runs.places[n.name]) else 1.0) * factor * x for n, x in pairs}
+    own = {n.name for n in runs.bank.own}
+    wide = [n for n, p in runs.places.items() if n in own or not (p.kind == "model" or _has_side(p))] if beside else ()
+    return {n.name: (WIDER if n.name in wide else 1.0) * factor * x for n, x in pairs}
 
 
 def _has_side(place: Place) -> bool:
@@ -345,10 +347,11 @@ def interval_factor(runs: FreeRuns) -> float:
 
 
 def _may_be_none(choice: Choice, one: Entered) -> bool:
-    """Whether the intervals of all numbers of a candidate beside the model's own, or of a fault that has another size
-    in each record, hold zero."""
+    """Whether the intervals of all numbers of a fault of input or sensors hold zero: of one beside the model's own
+    numbers, or that has another size in each record."""
     of_records = len({choice.bank.places[n].record for n in one.candidate.names}) > 1
-    if not choice.beside and (not of_records or choice.bank.cause_of(one.candidate) in FLOWS):
+    alone = not choice.beside and (not of_records or choice.bank.cause_of(one.candidate) in FLOWS)
+    if alone or one.candidate.rank != INPUT:
         return False
     few = choice.few
     if few is not None and _is_sided(choice.runs, one.candidate) and has_entered(one.candidate, few.candidates):
