@@ -47,7 +47,7 @@ def test_public_column_names_are_seen_through():
 
 
 def test_of_one_short_record_a_response_model_learns_only_what_predicts_others():
-    """What looks like speed lost in one zigzag makes others worse: it is withdrawn, and a second order predicts them."""
+    """Speed lost, as it seems in one zigzag, makes others worse: it is withdrawn; a second order predicts them."""
     names = ("Z_25_05", "Z_10_10_P", "Z_10_10_S", "Z_20_10_S")
     options = Options(base_parameters="identify")
     found = diagnose(resolve("nomoto-1-cubic"), [thinned("Z_15_05", 5)], [thinned(s, 5) for s in names], options)
