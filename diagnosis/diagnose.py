@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..datasets.columns import INPUTS, POSITIONS
 from ..datasets.instruments import corrected, gear_of
+from ..datasets.yaw_response import steering_side
 from ..estimation.results.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.model import CHANNELS
@@ -20,13 +21,14 @@ from .innovations.diagnose import by_innovations
 from .one_bank.diagnose import by_pieces, without_one
 from .one_bank.force_answer import INSTEAD
 from .one_bank.remaining import with_remaining
+from .one_bank.slips import usual
 from .options import Options
 from .prepared import Prepared, ready_records, require_room
 from .report.bank import BY_CHANNELS, of_model_side, without_causes
 from .result import Diagnosis
 
 if TYPE_CHECKING:
-    from ..datasets.record import Record
+    from ..datasets.record import Record, Side
     from ..models.model import Model
 
 CHECKS, BASE_MODEL = "checks of sensors and files", "identification of the base model"
@@ -72,7 +74,11 @@ def _diagnosed(
     started = time.perf_counter(), time.process_time()
     watch(CHECKS)
     stated, model = model, turned_to_its_side(model)
-    records, aside = ready_records(model, train, held_out, options)
+    is_turned, aside = model is not stated, list[str]()
+    if is_turned and (side := common_side(train)) is not None:
+        is_turned, train, held_out = False, *([to_side(r, side) for r in records] for records in (train, held_out))
+        aside.append(f"the records contradict their positive_rudder, too: they were read with positive_rudder: {side}")
+    records, more = ready_records(model, train, held_out, options)
     require_room(model, records)
     if options.base_parameters == "identify":
         records = records.behind_sensors(options.causes())
@@ -92,21 +98,35 @@ def _diagnosed(
         said = "records were not left out in turn"
         diagnosis = nearly or _as_far_as_possible(leave_out, diagnosis, said)
     diagnosis = with_checks(diagnosis, records.checked, (*records.train, *records.held_out))
-    if stated.positive_rudder != model.positive_rudder:
+    if is_turned:
         diagnosis = named_first(diagnosis, of_model_side(model))
         verdict = "partly_named" if diagnosis.verdict == "unexplained" else diagnosis.verdict
         diagnosis = replace(diagnosis, verdict=verdict)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
-    names, doubts = {r.name for r in records.train}, (*aside, *diagnosis.doubts)
+    names, doubts = {r.name for r in records.train}, (*aside, *more, *diagnosis.doubts)
     evaluation = tuple(held or behind.put_back([r for r in train if r.name in names]))
     return replace(diagnosis, records=tuple(roles), doubts=doubts, evaluation=evaluation, wall_s=wall_s, cpu_s=cpu_s)
 
 
 def turned_to_its_side(model: Model) -> Model:
-    """The model with the side to which a positive rudder angle turns it, where it states the other one."""
-    side = side_of(model) if model.known else None
+    """The model with the side to which a positive rudder angle turns it, where it states the other one: without numbers
+    that hardly any ship has, as an inertia below zero turns a ship the wrong way."""
+    side = side_of(usual(model)) if model.known else None
     return model if side in (None, model.positive_rudder) else replace(model, positive_rudder=side)
+
+
+def common_side(records: Sequence[Record]) -> Side | None:
+    """The side to which a positive rudder turns the ship in all records that tell it, where none of them says so."""
+    sides = {r.name: told[0] for r in records if (told := steering_side(r)) is not None}
+    if len({*sides.values()}) != 1 or any(r.meta.positive_rudder in (None, sides.get(r.name)) for r in records):
+        return None
+    return next(iter(sides.values()))
+
+
+def to_side(record: Record, side: Side) -> Record:
+    """The record with another side of a positive rudder, and its rudder as it is."""
+    return replace(record, meta=replace(record.meta, positive_rudder=side))
 
 
 def through_the_water(options: Options, records: Prepared) -> Options:

@@ -185,8 +185,8 @@ def groups_of(model: Model) -> tuple[Group, ...]:
 
 
 def _is_unlikely(scope: Scope | None, value: float | None) -> bool:
-    """Whether a number is outside of what it is for ships."""
-    return scope is not None and value is not None and not scope.low <= value <= scope.high
+    """Whether a number is outside of what most ships have."""
+    return scope is not None and value is not None and abs(value - scope.usual) > scope.half_usual
 
 
 def stated_groups(model: Model) -> tuple[Group, ...]:

@@ -214,7 +214,7 @@ def withdrawn(choice: Choice) -> Choice | None:
 def neutral_angle_alone(choice: Choice) -> Choice | None:
     """The neutral rudder angle of all records in the place of several numbers without one; None where the choice is
     none of these."""
-    runs, base, angle = choice.runs, choice.selection.base, _neutral_angle(choice)
+    runs, base, angle = choice.runs, choice.selection.base, neutral_angle(choice.bank)
     several = choice.beside or _count(choice.selection) > 1
     if angle is None or not several or has_entered(angle, choice.selection.candidates):
         return None
@@ -222,9 +222,9 @@ def neutral_angle_alone(choice: Choice) -> Choice | None:
     return Choice(runs, Selection(base, (Entered(angle, fall_between(runs, base, fitted)),), fitted))
 
 
-def _neutral_angle(choice: Choice) -> Candidate | None:
+def neutral_angle(bank: Bank) -> Candidate | None:
     """The candidate of one neutral rudder angle of all records; None where there is none."""
-    return next((c for c in choice.bank.candidates if c.of == OFFSET and len(c.numbers) == 1), None)
+    return next((c for c in bank.candidates if c.of == OFFSET and len(c.numbers) == 1), None)
 
 
 def without_neutral_angle(choice: Choice) -> Choice | None:
@@ -427,7 +427,7 @@ def _beside_neutral_angle(choice: Choice, rules: Rules) -> Choice:
     """The choice, or another one beside a neutral rudder angle, where that enters by itself, or beside the fault that
     entered first, and the other one predicts left-out pieces as well by the count of its numbers: nearly every rudder
     has one, and it makes many numbers together of the one that is wrong."""
-    runs, selection, angle = choice.runs, choice.selection, _neutral_angle(choice)
+    runs, selection, angle = choice.runs, choice.selection, neutral_angle(choice.bank)
     if angle is None or _count(selection) < 2 or angle in selection.candidates[:2]:
         return choice
     first = [one for one in selection.entered[:1] if one.candidate.rank == INPUT]

@@ -12,7 +12,7 @@ from helmbench.datasets.instruments import behind_play, felt_rudder, quietened, 
 from helmbench.datasets.record import Record
 from helmbench.diagnosis.causes.missing_terms import MissingTerm
 from helmbench.diagnosis.causes.registry import causes
-from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.diagnose import diagnose, to_side
 from helmbench.diagnosis.free_runs.linearisation import FEW, STEP
 from helmbench.diagnosis.free_runs.units import Lane, length_s, units_of
 from helmbench.diagnosis.one_bank.catalogue import Facts, bank_of
@@ -98,6 +98,15 @@ def test_a_base_model_that_states_the_wrong_side_is_turned_and_told(ship):
     assert [f.cause for f in found.causes] == ["rudder_sign"] and found.verdict == "named"
     assert found.extended.positive_rudder == "starboard" and "states the other side" in found.causes[0].evidence
     assert words.verdict(found).startswith("The simulation turned its rudder to the wrong side, which was corrected.")
+
+
+def test_a_model_and_records_that_both_state_the_wrong_side_are_run_as_they_are(ship):
+    model, records = ship
+    known = replace(model, rudder=RudderGear(rate_rad_s=RATE), positive_rudder="port")
+    wrong = [to_side(r, "port") for r in records]
+    found = diagnose(known, wrong[:1], wrong[1:], Options())
+    assert not found.causes and found.verdict == "adequate"
+    assert any("they were read with positive_rudder: starboard" in doubt for doubt in found.doubts)
 
 
 @pytest.mark.nightly

@@ -15,10 +15,15 @@ from helmbench.models.model import resolve
 
 @pytest.mark.parametrize(
     ("vessel", "number", "factor"),
-    [("mariner", "U0", 1.944), pytest.param("kvlcc2-l7", "I_zz", 23.7, marks=pytest.mark.nightly)],
+    [
+        ("mariner", "U0", 1.944),
+        ("kvlcc2-l7", "x_G", 15.3),
+        pytest.param("kvlcc2-l7", "I_zz", 23.7, marks=pytest.mark.nightly),
+    ],
 )
 def test_a_number_in_another_unit_is_named_alone_with_its_size(vessel, number, factor, rng):
-    """U0 in knots; an inertia in lb ft2."""
+    """U0 in knots; an inertia in lb ft2; a centre of gravity from the aft perpendicular: about it the inertia is below
+    zero, and a positive rudder turns such a model to port."""
     ship = resolve(vessel)
     right = values_of(ship)[number]
     case = inject(FaultCase(vessel, ()), rng)
