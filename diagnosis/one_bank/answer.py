@@ -28,7 +28,7 @@ from ..report.bank import BY_CHANNELS, BY_FREE_RUNS, lines, of_channels
 from ..report.verdict import NAMED, PARTLY, of_motion
 from ..result import BESIDE, CHANGE, Entry, Finding
 from .catalogue import FAULT, FLOWS, SIDES, every_term, flow_name
-from .search import LARGE, SMALL, half_intervals, main_number
+from .search import LARGE, SMALL, flow_speeds, half_intervals, main_number
 
 if TYPE_CHECKING:
     from ...checks.base import Check
@@ -174,7 +174,7 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
     halves = half_intervals(choice.runs, fitted, choice.beside)
     entry = causes().get(cause)
     if isinstance(entry, PairCause):
-        yield from _flow_sizes(choice, entry, one, halves)
+        yield from _flow_sizes(choice, entry, one)
         if any(choice.bank.places[name].kind == "flow" for name in one.candidate.names):
             return
     values = model_values(choice)
@@ -228,15 +228,12 @@ def model_values(choice: Choice) -> dict[str, float]:
     return {n: x + choice.selection.final.value(n) for n, x in choice.bank.values.items()}
 
 
-def _flow_sizes(choice: Choice, flow: PairCause, one: Entered, half: Mapping[str, float]) -> Iterator[Size]:
+def _flow_sizes(choice: Choice, flow: PairCause, one: Entered) -> Iterator[Size]:
     """Speed and direction of a steady flow, of all records or of each."""
     fitted, names = choice.selection.final, choice.runs.record_names
-    places = [choice.bank.places[name] for name in one.candidate.names]
-    for record in dict.fromkeys(place.record for place in places if place.kind == "flow"):
-        north, east = (flow_name(flow.id, side, record) for side in SIDES)
-        pair = np.array([fitted.value(north), fitted.value(east)])
-        spread = float(np.hypot(half.get(north, 0.0), half.get(east, 0.0))) / np.sqrt(2.0)
-        speed, (y, x) = float(np.hypot(*pair)), -pair[::-1] if flow.coming_from else pair[::-1]
+    for record, (speed, spread) in flow_speeds(choice, one).items():
+        pair = np.array([fitted.value(flow_name(flow.id, side, record)) for side in SIDES])
+        y, x = -pair[::-1] if flow.coming_from else pair[::-1]
         direction = float(np.arctan2(y, x))
         turn = min(spread / max(speed, 1e-12), np.pi)
         where = None if record is None else names[record]

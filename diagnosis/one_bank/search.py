@@ -85,6 +85,9 @@ Mariners whose numbers were off by 10 % the error was 2.9 standard errors (rms).
 COMMON = 0.5
 """Share of the errors of left-out pieces that a rudder fault at one time of several records has to take off: planted
 ones took 61 to 76 %, those that measured records only seemed to have 17 to 42 %."""
+GALE = 14.0
+"""Speed of a wind, m/s, from which nobody sails trials: on a usual ship's areas, where a model states none, something
+else looks like it."""
 FEW = 3
 """Causes and numbers up to which a choice says more than that all of the model's own numbers are uncertain."""
 ENOUGH = 0.01
@@ -251,8 +254,8 @@ def chosen(runs: FreeRuns, options: Options) -> Choice:
     Where the rudder acts late, another choice is made without the begin of each record: what acts there is not known.
     """
     choice = _chosen(runs, options)
-    if options.coefficient_sd != 0.0 and any(_is_chance(choice, one) for one in choice.selection.entered):
-        runs = runs.without({FAULT})
+    if unlikely := {one.candidate.of for one in choice.selection.entered if _is_unlikely(choice, one, options)}:
+        runs = runs.without(unlikely)
         choice = _chosen(runs, options)
     late_s = choice.selection.final.value(DELAY)
     if late_s > LATE * float(np.ptp(runs.units[0].grid_s)):
@@ -262,12 +265,20 @@ def chosen(runs: FreeRuns, options: Options) -> Choice:
     return _sparse(_of_fewer_numbers(_of_all_records(choice)))
 
 
-def _is_chance(choice: Choice, one: Entered) -> bool:
-    """Whether a rudder fault at the same second of several records takes off less than COMMON of the errors: a fault is
-    of one record, and speed that is lost in turns looks like one in all of them."""
-    channels = np.count_nonzero(choice.runs.counts.sum(axis=0))
-    several = len(choice.runs.record_names) > 1
-    return one.candidate.of == FAULT and several and one.fall.gain < -np.log(1.0 - COMMON) * channels
+def _is_unlikely(choice: Choice, one: Entered, options: Options) -> bool:
+    """Whether a candidate stands for something else: a flow whose speeds may all be zero, a wind of a gale where the
+    model states no windage, or a rudder fault at the same second of several records that takes off less than COMMON of
+    the errors of a base that may be inexact (a fault is of one record, and speed that is lost in turns looks like one).
+    """
+    runs = choice.runs
+    if speeds := flow_speeds(choice, one).values():
+        assumed = any(choice.bank.places[n].kind == "windage" for n in one.candidate.names)
+        gale = assumed and max(speed - half for speed, half in speeds) > GALE
+        return gale or all(speed <= half for speed, half in speeds)
+    if one.candidate.of != FAULT or len(runs.record_names) == 1 or options.coefficient_sd == 0.0:
+        return False
+    channels = np.count_nonzero(runs.counts.sum(axis=0))
+    return bool(one.fall.gain < -np.log(1.0 - COMMON) * channels)
 
 
 def _of_fewer_numbers(choice: Choice) -> Choice:
@@ -372,6 +383,19 @@ def _may_be_none(choice: Choice, one: Entered) -> bool:
     final = choice.selection.final
     halves = half_intervals(choice.runs, final, choice.beside)
     return all(abs(final.value(n)) <= halves[n] for n in one.candidate.names)
+
+
+def flow_speeds(choice: Choice, one: Entered) -> dict[int | None, tuple[float, float]]:
+    """Record of a flow's own, None: all -> its speed and half of the 90 % interval, m/s; none of another candidate."""
+    final, halves = choice.selection.final, half_intervals(choice.runs, choice.selection.final, choice.beside)
+    pairs: dict[int | None, list[str]] = {}
+    for name in one.candidate.names:
+        if (place := choice.bank.places[name]).kind == "flow":
+            pairs.setdefault(place.record, []).append(name)
+    ends = {record: ([final.value(n) for n in own], [halves[n] for n in own]) for record, own in pairs.items()}
+    return {
+        r: (float(np.hypot(*values)), float(np.hypot(*spread)) / np.sqrt(2.0)) for r, (values, spread) in ends.items()
+    }
 
 
 def _matters(choice: Choice, one: Entered) -> bool:
