@@ -158,7 +158,7 @@ def stamps(time: np.ndarray) -> Stamps:
 
 UNEVEN_SHARE = 0.02
 MISSING_SHARE = 0.02
-MOST, TOO_LONG, WHOLE = 0.2, 0.2, 0.3
+MOST, TOO_LONG, WHOLE = 0.5, 0.2, 0.3
 """Share of the rows that may be missing where all gaps are short, and else shares of the record that one gap may take,
 and that the longest stretch without a long gap takes at least, for a motion to be followed."""
 LONG = 20

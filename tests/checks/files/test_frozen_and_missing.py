@@ -29,7 +29,7 @@ def test_two_samples_that_are_equal_by_chance_do_not_matter(record):
     assert not [f for f in findings if f.cause == "frozen_samples" and f.material]
 
 
-@pytest.mark.parametrize(("share", "stands"), [(0.05, False), (0.15, False), (0.3, True)])
+@pytest.mark.parametrize(("share", "stands"), [(0.05, False), (0.4, False), (0.7, True)])
 def test_rows_that_are_missing_in_short_gaps_stand_only_where_they_are_most(record, share, stands, rng):
     rows = np.flatnonzero(rng.random(record.n) > share)
     thin = Record(record.time_s[rows], {n: v[rows] for n, v in record.channels.items()}, "thin", record.meta)
