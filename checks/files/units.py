@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.axes import track_of
-from ...datasets.columns import POSITIONS, RUDDERS, TURN, TWIN, VELOCITIES
+from ...datasets.columns import POSITIONS, RUDDERS, TRACK, TURN, TWIN, VELOCITIES
 from ...datasets.instruments import REVOLUTIONS
 from ...datasets.plausibility import straight_speed
 from ...datasets.signals import sensor_sd
@@ -20,6 +20,7 @@ from ..integrity.readings import (
     AGREE,
     AGREE_AS_RUDDER,
     ANGLES,
+    NEAR_IN_CURRENT,
     PLACES,
     SPEEDS,
     Ratio,
@@ -31,6 +32,7 @@ from ..integrity.readings import (
     over_windows,
     reread,
     speed_ratio,
+    speed_ratio_in_current,
     track_error,
     turns_back,
     unit_of,
@@ -45,7 +47,8 @@ DEGREE = np.pi / 180.0
 TURNS_OF = {2.0 * np.pi: "rad/s", 60.0: "revolutions in a minute", 360.0: "deg/s"}
 """Factor on revolutions in a second -> their unit."""
 ALIKE = 1.3
-"""Factor by which revolutions for the speed may differ between records of one ship."""
+"""Factor by which revolutions for the speed may differ between records of one ship, and the ratio of ways beside a
+current from that without."""
 TOGETHER = 0.7
 """Correlation of course and heading from which their ratio is believed."""
 ALL_ANGLES = 20.0
@@ -118,6 +121,9 @@ class WrongUnit(FileCheck):
         if ratio is None:
             return None
         names, units, unit = VELOCITIES, SPEEDS, unit_of(ratio, SPEEDS)
+        in_current = speed_ratio_in_current(record) if unit is None else None
+        if in_current is not None and 1.0 / ALIKE < ratio / in_current < ALIKE:
+            unit = unit_of(in_current, SPEEDS, NEAR_IN_CURRENT)
         if unit is None:
             names, units, unit = POSITIONS, PLACES, unit_of(1.0 / ratio, PLACES)
         if unit is None:
@@ -166,6 +172,8 @@ def _turns_of_a_metre(record: Record) -> float | None:
 
 def _disagreement(record: Record, factors: Mapping[str, float]) -> float:
     """Disagreement of the track with the velocities where columns are multiplied by factors; 0 where none is told."""
+    if not record.has(*TRACK):
+        return 0.0
     error = track_error(averages_of(record.with_channels(**scaled(record, **factors))))
     return 0.0 if np.isnan(error) else error
 

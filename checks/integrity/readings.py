@@ -17,6 +17,7 @@ from ...datasets.columns import HEADING, POSITIONS, TRACK, TURN, VELOCITIES
 from ...datasets.geometry import body_velocities, over_ground, position_over_ground, velocity_over_ground
 from ...datasets.signals import integral
 from ...models.instruments import SWAPS
+from ...models.linear_algebra import lstsq
 from ..base import Fault
 from .averages import averages_of, continuous, without_wraps
 
@@ -35,11 +36,17 @@ GAP = 5.0
 """Times a long step between samples (nine of ten are shorter) beyond which the step is a gap."""
 AGREE, AGREE_AS_RUDDER = 0.95, 0.8
 """Correlations from which a ratio is believed: by itself, and where the rudder says the same."""
-NEAR = 0.06
-"""Share by which a ratio may differ from that of two units."""
+NEAR, NEAR_IN_CURRENT = 0.06, 0.1
+"""Shares by which a ratio may differ from that of two units; and where it is fitted beside a current."""
 ANGLES = {np.pi / 180.0: "radians where degrees are meant", 180.0 / np.pi: "degrees where radians are meant"}
 PLACES = {1.0 / 0.3048: "ft", 1e-3: "km", 1.0 / 1852.0: "nautical miles"}
-SPEEDS = {3600.0 / 1852.0: "knots", 3.6: "km/h", 1.0 / 0.3048: "ft/s"}
+SPEEDS = {
+    3600.0 / 1852.0: "knots",
+    3.6: "km/h",
+    1.0 / 0.3048: "ft/s",
+    1852.0 / 3600.0: "metres per second where knots are meant",
+    1.0 / 3.6: "metres per second where km/h are meant",
+}
 BETTER = 0.5
 """Share of the present disagreement below which another reading of the columns is believed."""
 FEWEST = 20
@@ -298,6 +305,39 @@ def speed_ratio(record: Record) -> float | None:
 
     Without a heading it is the length of the path: a craft that turns in a window comes to less.
     """
+    ways = _way_made(record)
+    if ways is None:
+        return None
+    moved, by_log = np.abs(ways.moved), np.abs(ways.by_log)
+    fast = (moved > 0.5 * np.quantile(moved, USUAL)) & (by_log > 0.0)
+    return float(np.median(by_log[fast] / moved[fast])) if fast.any() else None
+
+
+def speed_ratio_in_current(record: Record) -> float | None:
+    """The same beside a steady current; None where a current alone explains the way over ground nearly as well."""
+    ways = _way_made(record) if record.has("heading_rad") else None
+    if ways is None or ways.moved.size < FEWEST_OF_RATIO:
+        return None
+    by_log, moved, north, east = map(_by_axis, (ways.by_log, ways.moved, ways.duration, 1j * ways.duration))
+    steady = np.column_stack([north, east])
+    whole = np.column_stack([by_log, steady])
+    scale, *_ = of_both = lstsq(whole, moved)
+    left, of_current = moved - whole @ of_both, moved - by_log
+    of_current -= steady @ lstsq(steady, of_current)
+    is_better = float(np.mean(left**2)) < BETTER**2 * float(np.mean(of_current**2))
+    return 1.0 / float(scale) if is_better and scale > 0.0 else None
+
+
+class _Ways(NamedTuple):
+    """Windows without a gap: duration (M,), s, way by the velocities and way that positions show (M,), m, the last two
+    north + i east, or, without a heading, ahead + i athwart and by length only."""
+
+    duration: np.ndarray
+    by_log: np.ndarray
+    moved: np.ndarray
+
+
+def _way_made(record: Record) -> _Ways | None:
     record = averages_of(record)
     if not record.has("surge_m_s", "north_m", "east_m"):
         return None
@@ -309,9 +349,13 @@ def speed_ratio(record: Record) -> float | None:
     if time.size < FEWEST_OF_RATIO:
         return None
     w, way = _window(time), integral(velocity, time)
-    moved, by_log = np.abs(place[w:] - place[:-w]), np.abs(way[w:] - way[:-w])
-    fast = (moved > 0.5 * np.quantile(moved, USUAL)) & (by_log > 0.0) & whole_windows(time, w)
-    return float(np.median(by_log[fast] / moved[fast])) if fast.any() else None
+    whole = whole_windows(time, w)
+    return _Ways((time[w:] - time[:-w])[whole], (way[w:] - way[:-w])[whole], (place[w:] - place[:-w])[whole])
+
+
+def _by_axis(way: np.ndarray) -> np.ndarray:
+    """North and east (2M,) of ways (M,), north + i east."""
+    return np.concatenate([way.real, way.imag])
 
 
 def over_windows(time: np.ndarray, values: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -347,7 +391,7 @@ def turns_back(ratio: float) -> bool:
     return 0.5 < -ratio < 2.0
 
 
-def unit_of(ratio: float, units: dict[float, str]) -> str | None:
+def unit_of(ratio: float, units: dict[float, str], near: float = NEAR) -> str | None:
     """Name of the unit whose ratio to SI this is, sign left aside; None for none."""
-    near = [name for value, name in units.items() if abs(abs(ratio) / value - 1.0) < NEAR]
-    return near[0] if near else None
+    alike = (name for value, name in units.items() if abs(abs(ratio) / value - 1.0) < near)
+    return next(alike, None)

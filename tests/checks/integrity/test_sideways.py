@@ -5,7 +5,9 @@ import numpy as np
 from helmbench.checks.check import check
 from helmbench.checks.integrity.readings import speed_ratio
 from helmbench.datasets.axes import track_of
+from helmbench.datasets.geometry import velocity_over_ground
 from helmbench.datasets.record import Record, RecordMeta
+from helmbench.datasets.signals import integral
 
 
 def sailed(rng, name="run", turns=6.0):
@@ -69,6 +71,26 @@ def test_the_speed_of_a_craft_that_turns_is_compared_along_its_way(rng):
     knots = record.with_channels(**{n: record.column(n) / 0.514444 for n in ("surge_m_s", "sway_m_s")})
     (found,) = (f for f in check([knots]).findings if f.cause == "wrong_unit")
     assert found.material and "knots" in found.evidence
+
+
+def test_a_speed_that_was_taken_for_knots_is_seen_beside_a_current_and_a_current_is_no_unit(rng):
+    record = sailed(rng)
+    drift = 0.15 * (record.time_s - record.time_s[0])
+    in_current = record.with_channels(north_m=record.column("north_m") + drift)
+    assert "wrong_unit" not in causes([in_current])
+    slow = {n: record.column(n) * 0.514444 for n in ("surge_m_s", "sway_m_s")}
+    (found,) = (f for f in check([in_current.with_channels(**slow)]).findings if f.cause == "wrong_unit")
+    assert found.material and "metres per second where knots are meant" in found.evidence
+
+
+def test_the_unit_of_a_speed_is_seen_without_a_speed_athwart(rng):
+    record = sailed(rng)
+    ahead = velocity_over_ground(record) * np.exp(-1j * record.heading_unwrapped())
+    place = integral(ahead.real * np.exp(1j * record.heading_unwrapped()), record.time_s)
+    few = {n: v for n, v in record.channels.items() if n != "sway_m_s"} | {"north_m": place.real, "east_m": place.imag}
+    few["surge_m_s"] = few["surge_m_s"] / 0.514444
+    (found,) = (f for f in check([Record(record.time_s, few, "few", RecordMeta())]).findings if f.cause == "wrong_unit")
+    assert found.channels == ("surge_m_s",) and "knots" in found.evidence
 
 
 def test_a_track_with_a_tenth_of_its_samples_missing_is_the_same_track(rng):
