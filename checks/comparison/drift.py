@@ -186,7 +186,7 @@ def _pattern(records: Sequence[Record], lags: Sequence[float]) -> CheckFinding |
         f"that explains {100.0 * share:.0f} % of the sway that turning leaves; leeway would look alike"
     )
     sizes = (Size(n, float(v), float(v - h), float(v + h), "rad") for n, v, h in zip("cs", values, half, strict=True))
-    like_current = _chance(parts, STREAM) - _chance(parts, DEVIATION) < TIE
+    like_current = _worse_than(parts, STREAM, DEVIATION) < TIE  # a current is the same at any speed of the ship
     return CheckFinding(
         CompassDeviation.id,
         "sensors",
@@ -208,11 +208,12 @@ def _standardised(parts: Sequence[Sums]) -> list[Sums]:
     return [Sums(p.gram / left, p.score / left, p.square / left, p.count) for p in parts]
 
 
-def _chance(parts: Sequence[Sums], columns: list[int]) -> float:
-    """Rows that count as independent times the logarithm of what the columns leave; a current is the same in all."""
+def _worse_than(parts: Sequence[Sums], columns: list[int], others: list[int]) -> float:
+    """Rows that count as independent times the logarithm of what columns leave over what others leave."""
     rows, square = sum(p.count for p in parts), sum(p.square for p in parts)
-    inflation = float(np.max(fit(parts, columns).inflation))
-    return rows / inflation * float(np.log(max(square - explained(parts, columns), 1e-300)))
+    inflation = max(float(np.max(fit(parts, own).inflation)) for own in (columns, others))
+    left, least = (max(square - explained(parts, own), 1e-300) for own in (columns, others))
+    return rows / inflation * float(np.log(left / least))
 
 
 def _rows(record: Record, lags: Sequence[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -227,7 +228,7 @@ def _rows(record: Record, lags: Sequence[float]) -> tuple[np.ndarray, np.ndarray
     rate = np.gradient(heading, time)
     fast = u > SLOW * float(np.max(u))
     pattern = [u * np.cos(heading), u * np.sin(heading), -np.sin(heading), np.cos(heading)]
-    turning = _of_turning(time, rate, lags)
+    turning = [u, *_of_turning(time, rate, lags)]  # a log that stands askew shows one drift angle on every heading
     rows = np.stack([v, *pattern, *turning])[:, fast]
     return rows, (time / max(time[-1], 1e-12))[fast], heading[fast]
 
