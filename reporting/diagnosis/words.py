@@ -190,11 +190,11 @@ def headline(diagnosis: Diagnosis) -> str:
     ending = _ending(diagnosis) if of_model else _otherwise(diagnosis)
     for count in range(len(named), 0, -1):
         more = [f"{len(named) - count} more"] if count < len(named) else []
-        for name_of in (partial(_with_size, diagnosis.model), tie, _first_of_tie):
+        for name_of in (partial(_with_size, diagnosis.model), tie, _first_of_tie, _first_word):
             line = f"{told}{in_line([*map(name_of, named[:count]), *more])}{ending}"
             if len(line.split()) <= LONGEST:
                 return line
-    return f"{told}{len(named)} {'cause' if len(named) == 1 else 'causes'}{ending}"
+    return f"{told}{in_line([_first_word(named[0]), *more])}{ending}"
 
 
 def _otherwise(diagnosis: Diagnosis) -> str:
@@ -209,6 +209,13 @@ def _first_of_tie(finding: Finding) -> str:
     count = len(finding.tied_with) + len(_groups_as_good(finding))
     first = in_line(_wrong_groups([finding])) or cause(finding.cause)
     return f"{first} or {count} other{'s' if count > 1 else ''}" if count else first
+
+
+def _first_word(finding: Finding) -> str:
+    """A cause, or the first group of the model's own numbers without what it holds; and that others would do as well."""
+    groups = _wrong_groups([finding])
+    first = groups[0].partition(",")[0] if groups else cause(finding.cause)
+    return f"{first} or others" if finding.tied_with or _groups_as_good(finding) else first
 
 
 def _with_size(model: Model, finding: Finding, interval: bool = False) -> str:
