@@ -212,7 +212,7 @@ def _first_of_tie(finding: Finding) -> str:
 
 
 def _first_word(finding: Finding) -> str:
-    """A cause, or the first group of the model's own numbers without what it holds; and that others would do as well."""
+    """A cause, or the first group of the model's own numbers in short; and that others would do as well."""
     groups = _wrong_groups([finding])
     first = groups[0].partition(",")[0] if groups else cause(finding.cause)
     return f"{first} or others" if finding.tied_with or _groups_as_good(finding) else first
