@@ -91,7 +91,8 @@ else looks like it."""
 FEW = 3
 """Causes and numbers up to which a choice says more than that all of the model's own numbers are uncertain."""
 ENOUGH = 0.01
-"""Error of left-out pieces, as a share of the motion, that is no matter where the base model may be inexact."""
+"""Error of left-out pieces, as a share of the motion, that is no matter where the base model may be inexact: no number
+of it is named."""
 
 
 @dataclass(frozen=True)
@@ -435,6 +436,8 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
     base = minimise(runs, (), {}, runs.no_own)
     if options.coefficient_sd == 0.0:
         return Choice(runs, select(runs, candidates, EXACT, base))
+    if runs.worst(base) <= ENOUGH:
+        candidates = tuple(c for c in candidates if c.rank == INPUT)
     rules = Rules(*MATTERS, _enough(runs), last_rank=FORCE)
     choice = _beside_neutral_angle(Choice(runs, select(runs, candidates, rules, base)), rules)
 
