@@ -197,7 +197,7 @@ def _wraps(record: Record, turn: Ratio | None) -> bool:
 
 class ChannelSign(FileCheck):
     """A column with the other sign: yaw rate against heading, sway or east against the track, the track's turns against
-    the heading's."""
+    the heading's, revolutions against the way."""
 
     id, rank = "channel_sign", 50
     ends = True
@@ -217,7 +217,18 @@ class ChannelSign(FileCheck):
         if better is not None and better.reading.check == self.id:  # of another reading another check tells
             size = exact("disagreement", better.present, "1")
             track = replace(reread(record, self.id)[0], sizes=(size,), statistic=0.0)
-        return [f for f in (rate, track) if f]
+        return [f for f in (rate, track, self._of_revolutions(record)) if f]
+
+    def _of_revolutions(self, record: Record) -> Fault | None:
+        """Revolutions astern wherever the ship makes way ahead: one that stops has them at the end only."""
+        speed = straight_speed(record) if record.has(REVOLUTIONS) else None
+        if speed is None:
+            return None
+        turns = record.column(REVOLUTIONS)[record.column("surge_m_s") > WAY * speed]
+        if turns.size < FEWEST or not np.nanmean(turns < 0.0) > NEARLY_ALL:
+            return None
+        said = f"{REVOLUTIONS} are astern while the ship makes way ahead: the sign is wrong"
+        return Fault(said, (REVOLUTIONS,), columns=scaled(record, **{REVOLUTIONS: -1.0}))
 
     def _of_rate(self, record: Record) -> Fault | None:
         ratio = heading_ratio(record)
@@ -248,6 +259,8 @@ class ChannelSign(FileCheck):
         return Fault(said, POSITIONS, standing=True)
 
 
+WAY, NEARLY_ALL = 0.3, 0.95
+"""Share of the speed on a straight course from which a ship makes way, and share of the samples that nearly all are."""
 CHANNEL, SIDES = "yaw_rate_rad_s", ("starboard", "port")
 WHOLE, LOST = 1.3, 0.5
 """Factor by which the scale of the right side may differ from one, and scale below which the other side is wrong."""

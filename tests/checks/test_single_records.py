@@ -39,6 +39,16 @@ def test_revolutions_of_one_record_in_another_unit_are_told_and_corrected(record
     assert np.allclose(done.records[1].column("propeller_rps"), turns)
 
 
+def test_revolutions_that_count_astern_are_told_and_turned_and_a_stop_is_none(records):
+    turns = 10.0 * np.ones(records[0].n)
+    stopping = np.where(np.arange(turns.size) < 0.8 * turns.size, turns, -turns)
+    astern = [r.with_channels(propeller_rps=x[: r.n]) for r, x in zip(records, (turns, -turns, stopping), strict=False)]
+    done = examine(astern)
+    (found,) = (f for f in done.findings if f.cause == "channel_sign")
+    assert found.records == (records[1].name,) and found.channels == ("propeller_rps",)
+    assert np.allclose(done.records[1].column("propeller_rps"), turns)
+
+
 def test_other_revolutions_are_no_other_unit(records):
     """Nor is one record of two told from the other."""
     turns = 10.0 * np.ones(records[0].n)
