@@ -101,9 +101,11 @@ class Bank:
 
 
 def numbers_of(group: Group, values: Mapping[str, float]) -> list[Number]:
-    """The numbers of a group with their priors, as differences from their values."""
+    """The numbers of a group with their priors, as differences from their values, within what ships have."""
+    low = {n: s.low for n, s in group.scope.items()} | group.low
+    high = {n: s.high for n, s in group.scope.items()} | group.high
     own = [(n, sd, values.get(n, 0.0)) for n, sd in group.sd.items()]
-    return [Number(n, sd, group.low.get(n, -np.inf) - x, group.high.get(n, np.inf) - x) for n, sd, x in own]
+    return [Number(n, sd, low.get(n, -np.inf) - x, high.get(n, np.inf) - x) for n, sd, x in own]
 
 
 def places_of(model: Model) -> dict[str, Place]:
