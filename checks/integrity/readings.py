@@ -15,7 +15,7 @@ import numpy as np
 from ...datasets.axes import Track, goes_astern, track_of
 from ...datasets.columns import HEADING, POSITIONS, TRACK, TURN, VELOCITIES
 from ...datasets.geometry import body_velocities, over_ground, position_over_ground, velocity_over_ground
-from ...datasets.signals import integral
+from ...datasets.signals import bridged, integral
 from ...models.instruments import SWAPS
 from ...models.linear_algebra import lstsq
 from ..base import Fault
@@ -51,6 +51,8 @@ BETTER = 0.5
 """Share of the present disagreement below which another reading of the columns is believed."""
 FEWEST = 20
 """Samples with all channels below which nothing is compared."""
+LATE_S = (0.3, 0.6, 1.2, 2.4, 4.8)
+"""Lags of a heading that are tried before it is taken for a course over ground."""
 LEAST = 0.02
 """Disagreement, as a share of the way made, from which another reading is looked for."""
 ASKEW = float(np.deg2rad(17.0))
@@ -106,11 +108,24 @@ def in_degrees(record: Record) -> Record:
 
 def less_drift(record: Record) -> Record:
     """The heading of a column that holds the course over ground, where the yaw rate goes better with it than with the
-    column; an antenna at the point about which the ship turns shows such a course, too, beside a right heading."""
-    heading = record.heading_unwrapped() - np.arctan2(record.column("sway_m_s"), record.column("surge_m_s"))
-    read = record.with_channels(heading_rad=heading)
-    is_course = record.has(TURN[1]) and rate_error(read, TURN[1]) < BETTER * rate_error(record, TURN[1])
-    return read if is_course else record
+    column, or with the column as a late heading, which looks alike; an antenna at the point about which the ship turns
+    shows such a course, too, beside a right heading."""
+    if not record.has(TURN[1]):
+        return record
+    heading = record.heading_unwrapped()
+    read = record.with_channels(heading_rad=heading - np.arctan2(record.column("sway_m_s"), record.column("surge_m_s")))
+    least = min(BETTER * rate_error(record, TURN[1]), *(rate_error(_late_by(record, s), TURN[1]) for s in LATE_S))
+    return read if rate_error(read, TURN[1]) < least else record
+
+
+def _late_by(record: Record, late_s: float) -> Record:
+    """The record with a yaw rate that is as late as a heading which an instrument smooths, by a lag of so many
+    seconds."""
+    time, rate = record.time_s, bridged(record.column(TURN[1]), record.time_s)
+    kept, smooth = np.exp(-np.diff(time) / late_s), rate.copy()
+    for k in range(1, rate.size):
+        smooth[k] = kept[k - 1] * smooth[k - 1] + (1.0 - kept[k - 1]) * rate[k]
+    return record.with_channels(yaw_rate_rad_s=smooth)
 
 
 class Reading(NamedTuple):
