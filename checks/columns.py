@@ -19,8 +19,11 @@ from .integrity.readings import (
     LEAST,
     course_askew,
     course_ratio,
+    early_heading,
     exchanged,
+    heading_lag,
     heading_ratio,
+    is_smoothed,
     rate_error,
     reread,
     swap_of,
@@ -179,6 +182,27 @@ class HeadingZero(ColumnCheck):
 
     def find(self, record: Record) -> list[Fault]:
         return reread(record, self.id) or _off_the_course(record)
+
+
+class HeadingLag(ColumnCheck):
+    """A heading that its instrument smooths: it follows the true one with a lag of tau s, as a damped compass does."""
+
+    id, rank, unit = "heading_lag", 58, "s"
+    separate_by = "the damping that the compass is set to, or a gyro compass beside it"
+
+    def find(self, record: Record) -> list[Fault]:
+        if not record.has(*TURN):
+            return []
+        lag_s = heading_lag(record)
+        if not is_smoothed(record, lag_s):
+            return []
+        early = early_heading(record, lag_s)
+        before, after = (100.0 * rate_error(one, TURN[1]) for one in (record, record.with_channels(heading_rad=early)))
+        said = (
+            f"heading_rad lags behind the yaw rate by {lag_s:.3g} s: {before:.0f} % of its changes disagree with the "
+            f"rate as it is, {after:.0f} % without the lag"
+        )
+        return [Fault(said, (HEADING,), (exact("tau", lag_s, "s"),), columns={HEADING: early})]
 
 
 def _off_the_course(record: Record) -> list[Fault]:

@@ -224,6 +224,12 @@ def _sensor_play(c: Columns, t: np.ndarray) -> None:
     c["rudder_rad"] = behind_play(c["rudder_rad"], 4.0 * DEGREE)
 
 
+def _smoothed(c: Columns, t: np.ndarray) -> None:
+    for k in range(1, t.size):
+        kept = np.exp((t[k - 1] - t[k]) / 8.0)
+        c["heading_rad"][k] = kept * c["heading_rad"][k - 1] + (1.0 - kept) * c["heading_rad"][k]
+
+
 def _other_unit(c: Columns, t: np.ndarray) -> None:
     c["surge_m_s"] *= 3600.0 / 1852.0
 
@@ -236,6 +242,7 @@ CHANGES: Mapping[str, tuple[str, Callable[[Columns, np.ndarray], None]]] = {
     "derived_channel": ("yaw_rate_rad_s", _derived),
     "frozen_samples": ("heading_rad", _frozen),
     "heading_drift": ("heading_rad", _drifting),
+    "heading_lag": ("heading_rad", _smoothed),
     "heading_zero": ("heading_rad", _from_zero),
     "impossible_samples": ("yaw_rate_rad_s", _impossible),
     "logger_clock": ("heading_rad", _fast_clock),

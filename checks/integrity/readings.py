@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.signal import lfilter
 
 from ...datasets.axes import Track, goes_astern, track_of
 from ...datasets.columns import HEADING, POSITIONS, TRACK, TURN, VELOCITIES
@@ -51,8 +53,8 @@ BETTER = 0.5
 """Share of the present disagreement below which another reading of the columns is believed."""
 FEWEST = 20
 """Samples with all channels below which nothing is compared."""
-LATE_S = (0.3, 0.6, 1.2, 2.4, 4.8)
-"""Lags of a heading that are tried before it is taken for a course over ground."""
+LARGEST_LAG_S, LATE = 15.0, (0.5, 0.7, 0.85, 1.0, 1.2, 1.5)
+"""Largest lag of a heading's instrument, and times by which the heading may be late instead, as shares of the lag."""
 LEAST = 0.02
 """Disagreement, as a share of the way made, from which another reading is looked for."""
 ASKEW = float(np.deg2rad(17.0))
@@ -114,18 +116,51 @@ def less_drift(record: Record) -> Record:
         return record
     heading = record.heading_unwrapped()
     read = record.with_channels(heading_rad=heading - np.arctan2(record.column("sway_m_s"), record.column("surge_m_s")))
-    least = min(BETTER * rate_error(record, TURN[1]), *(rate_error(_late_by(record, s), TURN[1]) for s in LATE_S))
+    lag = heading_lag(record)
+    least = min(BETTER * rate_error(record, TURN[1]), rate_error(_smoothed(record, lag), TURN[1]))
     return read if rate_error(read, TURN[1]) < least else record
 
 
-def _late_by(record: Record, late_s: float) -> Record:
-    """The record with a yaw rate that is as late as a heading which an instrument smooths, by a lag of so many
-    seconds."""
-    time, rate = record.time_s, bridged(record.column(TURN[1]), record.time_s)
-    kept, smooth = np.exp(-np.diff(time) / late_s), rate.copy()
-    for k in range(1, rate.size):
-        smooth[k] = kept[k - 1] * smooth[k - 1] + (1.0 - kept[k - 1]) * rate[k]
-    return record.with_channels(yaw_rate_rad_s=smooth)
+def heading_lag(record: Record) -> float:
+    """Lag, s, behind which the yaw rate goes best with the heading."""
+    least, most = (float(np.log(x)) for x in (record.dt, max(LARGEST_LAG_S, 2.0 * record.dt)))
+    best = minimize_scalar(
+        lambda x: rate_error(_smoothed(record, float(np.exp(x))), TURN[1]),
+        bounds=(least, most),
+        method="bounded",
+        options={"xatol": 0.02},
+    )
+    return float(np.exp(best.x))
+
+
+def early_heading(record: Record, lag_s: float) -> np.ndarray:
+    """The heading (N,), rad, of an instrument without its lag."""
+    return record.heading_unwrapped() + lag_s * _smoothed(record, lag_s).column(TURN[1])
+
+
+def is_smoothed(record: Record, lag_s: float) -> bool:
+    """Whether the heading goes far better with a yaw rate behind a lag than with the yaw rate, and better than with one
+    that is late by a time."""
+    now, smoothed = (rate_error(one, TURN[1]) for one in (record, _smoothed(record, lag_s)))
+    late = min(rate_error(_late(record, share * lag_s), TURN[1]) for share in LATE)
+    return lag_s < 0.9 * LARGEST_LAG_S and now > 2.0 * LEAST and smoothed < min(BETTER * now, late)
+
+
+def _smoothed(record: Record, lag_s: float) -> Record:
+    """The record with a yaw rate behind a lag."""
+    time = record.time_s
+    even = np.arange(time[0], time[-1] + 0.5 * record.dt, record.dt)
+    rate = np.interp(even, time, bridged(record.column(TURN[1]), time))
+    kept = float(np.exp(-record.dt / lag_s))
+    smooth = lfilter([1.0 - kept], [1.0, -kept], rate, zi=[kept * rate[0]])[0]
+    return record.with_channels(yaw_rate_rad_s=np.interp(time, even, smooth))
+
+
+def _late(record: Record, late_s: float) -> Record:
+    """The record with a yaw rate that is late by a time."""
+    time = record.time_s
+    rate = np.interp(time - late_s, time, bridged(record.column(TURN[1]), time))
+    return record.with_channels(yaw_rate_rad_s=rate)
 
 
 class Reading(NamedTuple):

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 GYRO = ("yaw_rate_scale", "yaw_rate_bias", "yaw_rate_delay")
 """Errors of sensors that are corrected."""
-COLUMNS = ("channel_sign", "channel_swap", "earth_frame_velocity", "heading_zero", "wrong_unit")
+COLUMNS = ("channel_sign", "channel_swap", "earth_frame_velocity", "heading_lag", "heading_zero", "wrong_unit")
 SATURATED = YawRateSaturation.id
 """Faults of whole columns that are corrected, and of samples that are left out."""
 CORRECTED = (*COLUMNS, SATURATED, *GYRO)

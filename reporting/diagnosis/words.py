@@ -141,7 +141,8 @@ def tie(finding: Finding, sizes: Sequence[str] = (), between: str = "; ") -> str
     other = "other values of " if finding.tied_with else ""
     of_own = finding.cause == BaseCoefficients.id and groups
     first = f"{other}{in_line(groups)}" if of_own else cause(finding.cause)
-    first += f" of {in_line([channel(name)[0] for name in columns])}" if columns else ""
+    titles = [title for name in columns if not first.startswith(title := channel(name)[0])]
+    first += f" of {in_line(titles)}" if titles else ""
     where = f" in {in_line(records)}" if (records := finding.details.get("records")) else ""
     own = [one.removesuffix(where) for one in sizes]
     first += f"{where} ({between.join(own)})" if own else where

@@ -46,6 +46,26 @@ def test_a_course_in_the_place_of_the_heading_is_told_and_the_heading_is_that_le
     assert np.nanmax(np.abs(done.records[0].heading_unwrapped() - true)) < 1e-9
 
 
+def smoothed(heading, step_s, lag_s):
+    """A heading behind a damped compass."""
+    out = heading.copy()
+    for k in range(1, out.size):
+        out[k] = out[k - 1] + (1.0 - np.exp(-step_s / lag_s)) * (heading[k] - out[k - 1])
+    return out
+
+
+@pytest.mark.parametrize("vessel", ["kvlcc2-l7", "mariner"])
+def test_a_heading_that_a_compass_smooths_is_told_with_its_lag_and_a_late_one_is_none(vessel, rng):
+    record = inject(FaultCase(vessel, ()), rng).train[0]
+    true, lag_s = record.heading_unwrapped(), 8.0 * record.dt
+    done = examine([record.with_channels(heading_rad=smoothed(true, record.dt, lag_s))])
+    (found,) = (f for f in done.findings if f.cause == "heading_lag")
+    assert found.sizes[0].value == pytest.approx(lag_s, rel=0.15)
+    assert np.nanstd(done.records[0].heading_unwrapped() - true) < 0.2 * np.std(smoothed(true, record.dt, lag_s) - true)
+    for other in (true, np.interp(record.time_s - lag_s, record.time_s, true)):
+        assert not any(f.cause == "heading_lag" for f in examine([record.with_channels(heading_rad=other)]).findings)
+
+
 def test_an_antenna_at_the_point_of_turning_leaves_the_heading_as_it_is(rng):
     """Its track, too, has the direction of the heading; the yaw rate goes with that."""
     record = inject(FaultCase("kvlcc2-l7", ()), rng).train[0]

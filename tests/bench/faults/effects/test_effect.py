@@ -35,7 +35,7 @@ def test_every_cause_of_the_diagnosis_has_an_effect_and_the_other_way_round() ->
     others = {"base_coefficients", *names_of(REGIME)}  # the base model itself is another, or an effect acts in a regime
     of_checks = (c.id for c in causes().values() if isinstance(c, SensorError) and not isinstance(c, Cause))
     others |= {*of_checks, "ship_scale", "rudder_sensor_play", "rudder_sensor_delay"}  # planted in tests/diagnosis
-    assert set(names_of(TAXONOMY)) == set(causes()) - others - {"heading_zero", "impossible_samples"}
+    assert set(names_of(TAXONOMY)) == set(causes()) - others - {"heading_lag", "heading_zero", "impossible_samples"}
     assert len(names_of(UNFORESEEN)) >= 8
 
 
