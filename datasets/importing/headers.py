@@ -116,7 +116,7 @@ def read_header(name: str, unit: str = "") -> ColumnHeader:
     known = words(" ".join([rest, *(piece for piece in other if piece != unread)]))
     foreign = next((text for text in units if not _sized(text) and tidy(text) not in TIME_WORDS | {"-", "--"}), "")
     suffixes = []
-    for count in () if sized else (4, 3, 2, 1):  # `rot_deg_min`, `rate_deg_s_1`, `sog_kn`
+    for count in () if sized or foreign in PERCENT else (4, 3, 2, 1):  # `rot_deg_min`, `rate_deg_s_1`, `sog_kn`
         head, tail = known[:-count], known[-count:]
         texts = ("/".join(tail), "_".join(tail), "".join(tail))
         text = next((t for t in texts if unit_of(t) is not None or (count == 1 and t in PERCENT)), "")

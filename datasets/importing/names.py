@@ -73,7 +73,8 @@ def _han() -> frozenset[str]:
 
 def named(parts: tuple[str, ...]) -> Named:
     """What the words of a name, without unit and sign, say."""
-    whole = _known("".join(parts), short=True)
+    counted = "".join(part for part in parts if not part.isdigit())
+    whole = _known("".join(parts), short=True) or _known(counted, short=False)
     if whole:
         return Named(whole, why="name")
     # the words of a name, `pos n` and `pos e` in full: without their space they are other words
