@@ -14,7 +14,7 @@ from ...models.data_file import load
 from ...models.errors import BadInput
 from ..columns import ACCEPTED, QUANTITIES
 from ..sidecar_file import SidecarFile
-from .cells import GAPS, Texts, side_of
+from .cells import GAPS, Texts, sides_of
 from .headers import read_header
 from .names import joined, named, words
 from .quantities import UNITS, quantities, tidy, unit_of, word_groups
@@ -103,7 +103,8 @@ def with_minutes(columns: Sequence[RawColumn]) -> list[RawColumn]:
             signed, letters = degrees + np.copysign(rest / 60.0, degrees), out[i + 1] if i + 1 < len(out) else None
             texts = letters.texts if letters is not None and not letters.known else None
             if texts is not None and _sides(texts, whole):
-                south_west = [side_of(text.lower(), whole.name) in ("south", "west") for text in texts.trimmed_texts()]
+                sides = sides_of(whole.name)
+                south_west = [sides.get(text.lower()) in ("south", "west") for text in texts.trimmed_texts()]
                 signed = np.where(south_west, -1.0, 1.0) * np.abs(signed)
             out[i - 1] = replace(whole, values=signed)
             out[i] = replace(minutes, known="not used", source=f"the minutes of column {whole.name}, added to it")
@@ -166,7 +167,7 @@ def _sides(letters: Texts, before: RawColumn) -> bool:
 
     def may_be(texts: Sequence[str]) -> bool:
         kinds = {text.strip().lower() for text in texts} - GAPS
-        return len(kinds) <= 3 and all(side_of(kind, before.name) for kind in kinds)
+        return len(kinds) <= 3 and kinds <= sides_of(before.name).keys()
 
     return may_be(letters[:FEW]) and may_be(kinds := letters.unique()) and not GAPS.issuperset(map(str.lower, kinds))
 

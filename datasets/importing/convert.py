@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping as Dict
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 from ..columns import RUDDERS, TWIN
 from ..geometry import body_velocities, on_plane
 from ..io import MIN_SAMPLES
+from .cells import angle_of
 from .draft import NOT_USED, Question
 from .finding import EITHER_SIDE, either_side
 from .mapping import ColumnMap, TableMap
@@ -24,11 +24,6 @@ from .times import TableTime
 FEW, MANY, HALF = 0.02, 0.2, 0.5
 """Share of rows that may be left out, of cells of a column that may be gaps for not being numbers, and of sentences or
 messages that may be left out: their checksums tell the bad ones from the others."""
-ANGLE = re.compile(
-    r"([NSEWO+-]?)\s*(\d{1,3})[°\s:-]\s*(\d{1,2}(?:[.,]\d+)?)['\u2032\s:]?\s*(\d{1,2}(?:[.,]\d+)?)?[\"\u2033]?\s*([NSEWO]?)"
-)
-
-
 MOST_RUNS = 50
 """Runs of a table; a time that starts again more often is not sorted."""
 HOLE_S, HOLE_STEPS = 60.0, 60.0
@@ -197,7 +192,7 @@ def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np
         size, texts = np.abs(column.numbers), column.texts
         numbers = np.sign(column.numbers) * (size // 100.0 + (size % 100.0) / 60.0)  # ddmm.mmm
         if not column.numeric:  # 54°12.345'N, 54 12 20 N
-            numbers = np.full(len(column.values), np.nan) if texts is None else texts.mapped(_one_angle)
+            numbers = np.full(len(column.values), np.nan) if texts is None else texts.mapped(angle_of)
         bad = np.flatnonzero(~np.isfinite(numbers))
     else:
         numbers, bad = column.numbers, column.bad
@@ -215,15 +210,6 @@ def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np
     said = f"{column.text(bad[0])!r} is not a number ({bad.size} such cells)"
     hint = "map another column, or write what it means as an empty cell" if many else "taken as gaps"
     return values, [FileFault(table.label, said, hint, int(table.rows[bad[0]]), column.name, many)]
-
-
-def _one_angle(text: str) -> float:
-    match = ANGLE.fullmatch(text.strip())
-    if not match:
-        return float("nan")
-    minutes, rest = (float((part or "0").replace(",", ".")) for part in (match[3], match[4]))
-    sign = -1.0 if {match[1], match[5]} & {"S", "W", "-"} else 1.0
-    return sign * (float(match[2]) + minutes / 60.0 + rest / 3600.0)
 
 
 # ---- The channels of a record from the quantities of a log.

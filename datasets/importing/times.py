@@ -23,7 +23,7 @@ from .quantities import word_list
 from .raw import RawColumn, RawTable
 
 ZONE = re.compile(r"\b(utc|gmt|zulu|tu|z)\b|(utc|gmt)$", re.IGNORECASE)
-WITH_ZONE = re.compile(r".*(\dZ|[+-]\d{2}:?\d{2}|UTC|GMT)$")
+WITH_ZONE = re.compile(r".*(\dZ|[+-]\d{2}:?\d{2}(?: [A-Z]{3,4})?|UTC|GMT)$")
 GPS_TIME = frozenset({"gpst", "tow", "itow", "sow"})
 """Words that state GPS time, in which a clock is ahead of UTC by the leap seconds."""
 OF_GPS_WEEK = GPS_TIME | {"gms", "week"}

@@ -1,0 +1,135 @@
+"""Cells with letters: sides and units behind a number, hemispheres, clocks in words, and what AIS sends for a rate."""
+
+import json
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import helmbench
+
+pytestmark = pytest.mark.usefixtures("logs_read_here")
+N = 240
+TIME = np.arange(float(N))
+YAW_RATE = 0.4 * np.cos(TIME / 20.0)
+HEADING = 90.0 + 8.0 * np.sin(TIME / 20.0)
+RUDDER = 12.0 * np.cos(TIME / 20.0 + 0.5)
+"""deg/s, deg, deg; positive to starboard."""
+
+
+def write(tmp_path, header, *columns, encoding="utf-8"):
+    path = tmp_path / "log.csv"
+    path.write_bytes("\n".join([header, *map(";".join, zip(*columns, strict=True))]).encode(encoding))
+    return path
+
+
+def record(path):
+    (found,) = helmbench.import_log([path], positive_rudder="starboard").records
+    return found
+
+
+def sided(values, starboard, port, form="{:.1f}{}"):
+    return [form.format(abs(value), starboard if value >= 0.0 else port) for value in values]
+
+
+def plain(values):
+    return [f"{value:.2f}" for value in values]
+
+
+@pytest.mark.parametrize(
+    ("starboard", "port", "name"),
+    [(" E", " B", "Ángulo de timón"), ("°S", "°P", "Rudder"), (" п/б", " л/б", "Положение руля"),
+     (" Stb", " Bb", "Ruderlage"), (" T", " B", "Angle de barre"), (" deg S", " deg P", "Rudder")],
+)  # fmt: skip
+def test_a_rudder_with_the_letters_of_its_side(tmp_path, starboard, port, name):
+    unit = "" if {"°", "d"} & {*starboard} else " [deg]"
+    path = write(
+        tmp_path, f"time [s];heading [deg];{name}{unit}", plain(TIME), plain(HEADING), sided(RUDDER, starboard, port)
+    )
+    found = record(path)
+    assert_allclose(np.degrees(found.column("rudder_rad")), RUDDER, atol=0.06)
+
+
+def test_a_rate_with_its_unit_and_side(tmp_path):
+    rates = sided(60.0 * YAW_RATE, "°/min S", "°/min P")
+    path = write(
+        tmp_path,
+        "time [s];Heading;Rate of Turn;rudder [deg]",
+        plain(TIME),
+        [f"{h:.2f}°T" for h in HEADING],
+        rates,
+        plain(RUDDER),
+    )
+    assert_allclose(np.degrees(record(path).column("yaw_rate_rad_s")), YAW_RATE, atol=0.002)
+
+
+@pytest.mark.parametrize(
+    ("form", "names", "encoding"),
+    [
+        ("59°{:06.3f}'с.ш.|28°06,000'в.д.", "Широта;Долгота", "cp1251"),
+        ("59-{:07.4f}N|028-06.0000E", "Lat;Lon", "utf-8"),
+    ],
+)
+def test_degrees_and_minutes_with_their_hemispheres(tmp_path, form, names, encoding):
+    cells = [form.format(30.0 + t / 300.0).replace(".", ",", form.count(",") and 1).split("|") for t in TIME]
+    latitudes, longitudes = zip(*cells, strict=True)
+    header = (
+        "time [s];Широта;Долгота;heading [deg];rudder [deg]"
+        if encoding == "cp1251"
+        else "time [s];Lat;Lon;heading [deg];rudder [deg]"
+    )
+    found = record(
+        write(tmp_path, header, plain(TIME), latitudes, longitudes, plain(HEADING), plain(RUDDER), encoding=encoding)
+    )
+    north = found.column("north_m")
+    assert_allclose(north - north[0], 1857.0 * TIME / 300.0, atol=3.0)
+
+
+def test_the_letter_s_is_south_of_a_latitude_and_starboard_of_a_speed_sideways(tmp_path):
+    sway = sided(0.3 * np.cos(TIME / 20.0), " S", " P", "{:.2f}{}")
+    header = "time [s];Lat;Lon;heading [deg];rudder [deg];surge [m/s];Lateral speed [m/s]"
+    columns = ([f"{33.0 + t / 1e4:.5f} deg S" for t in TIME], [f"{71.0 + t / 1e5:.5f} deg W" for t in TIME])
+    found = record(
+        write(tmp_path, header, plain(TIME), *columns, plain(HEADING), plain(RUDDER), plain(11.2 + 0.01 * RUDDER), sway)
+    )
+    north = found.column("north_m")
+    assert north[-1] < north[0] - 1000.0
+    assert_allclose(found.column("sway_m_s"), 0.3 * np.cos(TIME / 20.0), atol=0.006)
+
+
+def clock(second, form):
+    hour, minute = 11 + int(second + 3500) // 3600, int(second + 3500) // 60 % 60
+    return form.format(
+        hour=hour,
+        twelve=(hour - 1) % 12 + 1,
+        half="p" if hour > 11 else "a",
+        minute=minute,
+        second=int(second + 3500) % 60,
+    )
+
+
+@pytest.mark.parametrize(
+    ("form", "header"),
+    [("{twelve}:{minute:02}:{second:02} {half}. m.", "Hora"), ("{hour}h{minute:02}m{second:02}s", "Heure"),
+     ("{hour} h {minute:02} min {second:02}", "Heure"),
+     ("14/07/2026 {hour}h{minute:02}min{second:02}", "Date et heure"),
+     ("2026-07-14 {hour}:{minute:02}:{second:02}.000000000 +0200 CEST", "time")],
+)  # fmt: skip
+def test_clocks_as_people_write_them(tmp_path, form, header):
+    times = [clock(t, form) for t in TIME]
+    found = record(write(tmp_path, f"{header};heading [deg];rudder [deg]", times, plain(HEADING), plain(RUDDER)))
+    assert_allclose(found.column("time_s"), TIME)
+
+
+def test_the_indicator_of_ais_is_no_rate(tmp_path):
+    rates = 60.0 * YAW_RATE
+    sent = np.round(4.733 * np.sign(rates) * np.sqrt(np.abs(rates)))
+    sent[5], sent[9] = -128, 127
+    rows = [{"MMSI": 211000000, "time_s": t, "TrueHeading": round(h, 1), "RateOfTurn": int(r), "Sog": 12.3, "Cog": 91.5}
+            for t, h, r in zip(TIME, HEADING, sent, strict=True)]  # fmt: skip
+    path = tmp_path / "ais.jsonl"
+    path.write_text("\n".join(map(json.dumps, rows)), "utf-8")
+    (found,) = helmbench.import_log([path]).records
+    made = np.degrees(found.column("yaw_rate_rad_s"))
+    assert np.flatnonzero(np.isnan(made)).tolist() in ([5, 9], [])
+    assert_allclose(np.delete(made, [5, 9]), np.delete(YAW_RATE, [5, 9]), atol=0.03)
