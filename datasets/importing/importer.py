@@ -310,7 +310,7 @@ def _entry(table: RawTable, mapping: Mapping | None, log: RawLog) -> TableMap:
     for found in (f for f in log.findings if f.table is table):
         asked = {question.about for question in found.questions}
         if not found.may_be or found.quantity is None or "quantity" in asked:
-            columns.append(ColumnMap(column=found.column.name, to="?" if found.may_be else NOT_USED))
+            columns.append(ColumnMap(column=found.column.name, to="?" if found.may_be or found.waits else NOT_USED))
             continue
         unit = "?" if found.unit is None or "unit" in asked else found.unit.name
         columns.append(ColumnMap(

@@ -235,9 +235,9 @@ def ask(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     open_ones = (f for f in log.findings if f.table is found.table and f.quantity is None)
     axis = next((f for f in open_ones if {*f.may_be} == {"north", "east"}), None)
     if axis is not None and {*found.may_be} & {"velocity_north", "velocity_east"}:
-        return found.unused(f"waits for what {axis.column.name} is")
+        return found.unused(f"waits for what {axis.column.name} is", True)
     if set(found.may_be) == {"north", "east"} and found.may_be[0] == "east" and (other := _other_axis(log, found)):
-        return found.unused(f"waits for what {other.column.name} is")
+        return found.unused(f"waits for what {other.column.name} is", True)
     shown = " or ".join(name.replace("_", " ") for name in found.may_be)
     return ask_quantity(found, f"What is {found.column.name!r}: {shown}? No other channel tells it.", found.may_be)
 
@@ -278,7 +278,7 @@ def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFin
         text = f"{used.column.name!r} and {name!r} are both a {quantity.replace('_', ' ')}: which one is used?"
         text += f" The second {told[1]}." if told and told[1] else ""
         one = Answer(NOT_USED, used.column.name, line_of(found, to=NOT_USED))
-        other = Answer(quantity, name, line_of(found))
+        other = Answer(quantity, name, f"{line_of(found)}\n{line_of(used, to=NOT_USED)}")
         asked = Question(identifier(found, "quantity"), "quantity", found.table.label, name, text, (one, other))
         settled = log.answered(replace(found, questions=(asked,), sure="guess"))
         log.change(found, settled)
