@@ -283,15 +283,15 @@ def _against_velocity(log: RawLog, found: ColumnFinding) -> FileFault | None:
 
 
 def _first(log: RawLog, answers: Dict[str, str]) -> Iterator[ColumnFinding]:
-    """The findings without those of headings and sways whose way the track tells once its own axes are answered, and
-    without columns that have no names, which their motion tells once their time is answered."""
+    """The findings without those of headings, yaw rates and sways whose way the track tells once its own axes are
+    answered, and without columns that have no names, which their motion tells once their time is answered."""
     untimed = {label for label, time in log.times.items() if time.question is not None and not time.columns}
     untimed -= {label for label in untimed if proposal.columns_question(label) in answers}
     tracks = {f.table.label for f in log.findings if f.questions and set(f.may_be) == {"north", "east"}}
     for found in log.findings:
         if found.table.label in untimed and found.why == WITHOUT_NAME:
             continue
-        waits = found.table.label in tracks and found.quantity in ("heading", "sway")
+        waits = found.table.label in tracks and found.quantity in ("heading", "yaw_rate", "sway")
         if not (waits and all(question.about == "sign" for question in found.questions)):
             yield found
 
