@@ -12,7 +12,6 @@ import numpy as np
 from ..columns import RUDDERS, TWIN
 from ..geometry import body_velocities, on_plane
 from ..io import MIN_SAMPLES
-from .cells import angle_of
 from .draft import NOT_USED, Question
 from .finding import EITHER_SIDE, either_side
 from .mapping import ColumnMap, TableMap
@@ -188,14 +187,9 @@ def _runs_of(time: np.ndarray, known: np.ndarray) -> list[np.ndarray]:
 
 def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np.ndarray, list[FileFault]]:
     """The column in SI units, and a fault where cells are no numbers."""
+    numbers, bad = column.numbers, column.bad
     if entry.unit == "deg min":
-        size, texts = np.abs(column.numbers), column.texts
-        numbers = np.sign(column.numbers) * (size // 100.0 + (size % 100.0) / 60.0)  # ddmm.mmm
-        if not column.numeric:  # 54°12.345'N, 54 12 20 N
-            numbers = np.full(len(column.values), np.nan) if texts is None else texts.mapped(angle_of)
-        bad = np.flatnonzero(~np.isfinite(numbers))
-    else:
-        numbers, bad = column.numbers, column.bad
+        numbers, bad = column.degrees, np.flatnonzero(~np.isfinite(column.degrees))
     unit = UNITS[str(entry.unit)].factor
     numbers = np.where(np.isfinite(numbers), numbers, np.nan)
     values = numbers * (unit * entry.factor * int(entry.sign)) + entry.offset * unit

@@ -68,7 +68,8 @@ class ColumnFinding:
         """(N,) in SI units and radians, with another unit if one is given."""
         used = unit or self.unit
         assert used is not None
-        found = self.sign * used.factor * self.factor * self.column.numbers + self.offset * used.factor
+        numbers = self.column.degrees if used.name == "deg min" else self.column.numbers
+        found = self.sign * used.factor * self.factor * numbers + self.offset * used.factor
         return either_side(found) if self.quantity in EITHER_SIDE else found
 
     def told(self, sure: Sure, why: str, **changes: object) -> ColumnFinding:

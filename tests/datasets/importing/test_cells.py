@@ -1,5 +1,6 @@
 """Cells with letters: sides and units behind a number, hemispheres, clocks in words, and what AIS sends for a rate."""
 
+import datetime
 import json
 
 import numpy as np
@@ -133,3 +134,31 @@ def test_the_indicator_of_ais_is_no_rate(tmp_path):
     made = np.degrees(found.column("yaw_rate_rad_s"))
     assert np.flatnonzero(np.isnan(made)).tolist() in ([5, 9], [])
     assert_allclose(np.delete(made, [5, 9]), np.delete(YAW_RATE, [5, 9]), atol=0.03)
+
+
+@pytest.mark.parametrize(
+    ("header", "ahead"), [("Time (UTC+2)", 2.0), ("Zeit (MESZ)", 2.0), ("time [GMT-3:30]", -3.5), ("time UTC", 0.0)]
+)
+def test_a_zone_in_the_header_is_taken_off(tmp_path, header, ahead):
+    times = [f"2026-07-14 10:{int(t) // 60:02}:{int(t) % 60:02}" for t in TIME]
+    found = record(write(tmp_path, f"{header};heading [deg];rudder [deg]", times, plain(HEADING), plain(RUDDER)))
+    start = datetime.datetime.fromisoformat(found.meta.extra["start_utc"])
+    assert start == datetime.datetime(2026, 7, 14, 10, tzinfo=datetime.UTC) - datetime.timedelta(hours=ahead)
+
+
+@pytest.mark.parametrize(("date", "asked"), [("311226", False), ("20261231", False), ("120326", True)])
+def test_a_date_and_a_clock_in_digits(tmp_path, date, asked):
+    seconds = 86400 - 2 * N + 4 * TIME if date == "311226" else 36000 + 4 * TIME
+    clocks = [f"{int(s) // 3600 % 24:02}{int(s) // 60 % 60:02}{int(s) % 60:02}.00" for s in seconds]
+    dates = ["010127" if s >= 86400 else date for s in seconds]
+    minutes = 3.0001 + TIME * 4.0 * 6.0 / 1852.0
+    place = ([f"23{minute:07.4f}" for minute in minutes], ["N"] * N, ["04306.0000"] * N, ["W"] * N)
+    speeds = plain(np.full(N, 11.66) + 0.01 * RUDDER)
+    header = "date;utc;lat;ns;lon;ew;hdt;rudder [deg];sog"
+    path = write(tmp_path, header, dates, clocks, *place, plain(HEADING), plain(RUDDER), speeds)
+    draft = helmbench.draft_import([path], positive_rudder="starboard")
+    assert [question.about for question in draft.questions] == ["time"] * asked
+    assert next(one.unit for one in draft.columns if one.column == "sog") == "kn"
+    if not asked:
+        (found,) = draft.import_log().records
+        assert found.column("time_s")[-1] == 4.0 * TIME[-1]
