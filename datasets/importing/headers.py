@@ -36,7 +36,8 @@ PART = re.compile(
 )
 """A tenth, hundredth, ... of a unit: `1/10 deg`, `deg/10`, `decidegrees`."""
 SHARE = re.compile(r"(?:%|percent|pct|per cent)\s*(?:of|von)\s*([1-9]\d*(?:\.\d+)?)\s*([^\d\s]+)")
-"""A share of a size that is stated: `% of 35 deg`."""
+WHOLE = re.compile(r"100\s*(?:%|percent|pct|per cent)\s*(?:=|:|is|are)\s*([1-9]\d*(?:\.\d+)?)\s*([^\d\s]+).*")
+"""A share of a size that is stated: `% of 35 deg`, `100 % = 35 deg`."""
 REFERENCE = re.compile(r"(?<![a-z])(?:from\s+(?:the\s+)?(?:true\s+)?(?:north|east)|enu|ned)(?![a-z])", re.IGNORECASE)
 """Where a heading counts from, which is no part of its name."""
 
@@ -170,7 +171,7 @@ def scaled_unit(text: str, dimension: str | None = None) -> tuple[LogUnit | None
     if part is not None:
         unit = unit_of(part["behind"] or part["before"] or part["tenth"], dimension)
         return (unit, 1.0 / float(part["first"] or part["last"] or 10)) if unit is not None else (None, 1.0)
-    share = SHARE.fullmatch(text.strip().lower())
+    share = SHARE.fullmatch(text.strip().lower()) or WHOLE.fullmatch(text.strip().lower())
     if share is not None:
         return (unit, 0.01 * float(share[1])) if (unit := unit_of(share[2], dimension)) is not None else (None, 1.0)
     match = SCALED.fullmatch(text.strip().lower())

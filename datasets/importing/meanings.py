@@ -47,6 +47,10 @@ of that which the yaw rate leaves."""
 LED, LEAST_LEAD_RAD, LEAST_LEAD_S = 0.6, 0.015, 3.0
 """Share of the angle between a heading and the course that its rate explains, the least size of that angle, rad, and of
 that over the rate, s: a course of positions that are late by less is none."""
+ON_EARTH = "it stays within a metre, if its numbers are metres: degrees"
+STANDS, STANDS_S, FAR_OFF = 1.0, 60.0, 100.0
+"""Range of numbers of two positions from which on they can be metres, in so many seconds; how far from 0 they are then,
+as a multiple of it."""
 SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
@@ -186,16 +190,21 @@ def _turned_by(log: RawLog, found: ColumnFinding) -> float:
 
 def _axis(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """Which of two axes points north, by latitudes, or by a heading whose sense is known."""
+    able = [f for f in log.findings if {*f.may_be} == {*found.may_be} or ON_EARTH in f.why]
+    able = [f for f in able if f.table is found.table]
+    if len(able) == 2 and all(_stands(log, f) for f in able):
+        quantity = "longitude" if found.may_be[0] == "north" else "latitude"  # x, and y
+        return found.told("physics", ON_EARTH, may_be=(quantity,), signed=True)
     other = _other_axis(log, found)
     if other is None:
         return found
+    if frame := frame_stated(found.table):
+        quantity = found.may_be[1 if frame == "enu" else 0]
+        decided = _decided(found, quantity, f"the file states axes {frame.upper()}", "stated")
+        return replace(decided, sign=-1) if (frame, quantity) == ("nwu", "east") else decided
     if other.quantity is not None:
         quantity = "east" if other.quantity == "north" else "north"
         return _decided(found, quantity, f"column {other.column.name} is the other one")
-    frame = frame_stated(found.table)
-    if frame:
-        quantity = found.may_be[1 if frame == "enu" else 0]
-        return _decided(found, quantity, f"the file states axes {frame.upper()}", "stated")
     x, y = log.series(found, raw=True), log.series(other, raw=True)
     if found.may_be[0] == "east" or x is None or y is None:
         return found
@@ -216,6 +225,15 @@ def _axis(log: RawLog, found: ColumnFinding) -> ColumnFinding:
             name = pair[0].column.name if pair is not None else ""
             return _decided(found, quantity, f"{quantity}: the track agrees with column {name}")
     return found
+
+
+def _stands(log: RawLog, found: ColumnFinding) -> bool:
+    """Whether a position without a unit stays, far from 0, within a metre for minutes, if its numbers are metres."""
+    series, known = log.series(found, raw=True), found.column.finite
+    lasts = float(np.ptp(series.time[np.isfinite(series.time)])) if series is not None and known.size else 0.0
+    moved, far = (float(np.ptp(known)), abs(float(np.median(known)))) if known.size else (0.0, 0.0)
+    near = moved < STANDS and FAR_OFF * moved < far <= 180.0
+    return near and lasts > STANDS_S and (found.unit is None or ON_EARTH in found.why)
 
 
 def _other_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:

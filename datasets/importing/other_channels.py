@@ -368,7 +368,7 @@ def _heading(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     frame = frame_stated(found.table)
     if frame and found.unit is not None:
         quarter = round(QUARTER / found.unit.factor, 9)
-        turned = {"sign": -1, "offset": quarter} if frame == "enu" else {}
+        turned = {"enu": {"sign": -1, "offset": quarter}, "nwu": {"sign": -1}}.get(frame, {})
         return found.told("stated", f"the file states axes {frame.upper()}", signed=True, **turned)
     series = log.series(found)
     if series is None:

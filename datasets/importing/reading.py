@@ -238,6 +238,10 @@ TURNS = re.compile(r"\bccw\b|counter-?\s?clockwise|anti-?\s?clockwise")
 """What says that an angle counts as in mathematics."""
 FRAME = re.compile(r"\b(?:coordinate|reference|frame|axes|orientation)\b[^\n]{0,30}?\b(enu|ned)\b", re.IGNORECASE)
 """A line that states to where the axes of a file point: `Coordinate system: ENU`."""
+AXES = re.compile(r"\bax[ei]s\b.*\bz(?:[^\w\n]|\b(?:axis|is|points?|pointing|positive)\b)+(up|down)", re.IGNORECASE)
+"""A line that states to where the vertical one of a ship's axes points, of which x points forward."""
+OF_AXES = {"up": "nwu", "down": "ned"}
+"""To where all axes point: north or forward, west or port, up; north or forward, east or starboard, down."""
 EAST = re.compile(r"(?<![a-z])(?:east|math[a-z]*|enu|ned)(?![a-z])", re.IGNORECASE)
 """What a header says of a heading that does not count from north."""
 
@@ -256,6 +260,9 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
         why = "angles count round the full circle: those beyond a half turn are the other side"
         found = replace(found, why=(*found.why, why)) if is_full_circle(found) else found
         return replace(found, signed=quantity == "rudder", side=positive)
+    frame = frame_stated(found.table)
+    if not positive and frame in OF_AXES.values() and quantity in ("yaw_rate", "sway"):
+        positive = "port" if frame == "nwu" else "starboard"
     if positive and quantity in ("yaw_rate", "sway", "roll", "roll_rate"):
         sign = 1 if positive == "starboard" else -1
         return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
@@ -294,8 +301,9 @@ def _with_sense(found: ColumnFinding) -> ColumnFinding:
 
 
 def frame_stated(table: RawTable) -> str:
-    """The frame of all axes, `enu` or `ned`, that a line above the table states; '' where none does."""
+    """The frame of all axes, `enu`, `ned` or `nwu`, that a line above the table states; '' where none does."""
     stated = {match[1].lower() for note in table.notes for match in FRAME.finditer(note)}
+    stated = stated or {OF_AXES[match[1].lower()] for note in table.notes for match in AXES.finditer(note)}
     return stated.pop() if len(stated) == 1 else ""
 
 

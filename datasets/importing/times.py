@@ -23,7 +23,10 @@ from .quantities import vocabulary, word_list
 from .raw import RawColumn, RawTable
 
 ZONE = re.compile(r"\b(utc|gmt|zulu|tu|z)\b|(utc|gmt)$", re.IGNORECASE)
-WITH_ZONE = re.compile(r".*(\dZ|[+-]\d{2}:?\d{2}(?: [A-Z]{3,4})?|UTC|GMT)$")
+WITH_ZONE = re.compile(
+    r".*(\dZ|:\d\d(?:[.,]\d+)?\s?[+-]\d{2}(?::?\d{2})?(?: [A-Z]{3,4})?|T\d{4,6}(?:[.,]\d+)?[+-]\d{2}:?\d{2}|UTC|GMT)$"
+)
+"""A moment with the offset of its zone; the year of a date is none."""
 AHEAD = re.compile(r"\b(?:utc|gmt)\s*(?P<sign>[+-])\s*(?P<hours>\d{1,2})(?::?(?P<minutes>\d{2}))?\b", re.IGNORECASE)
 """How much the clocks of a zone are ahead of UTC."""
 OF_ZONE = re.compile(r"zone\b|\btimes\b|\bzeiten\b", re.IGNORECASE)
@@ -36,13 +39,15 @@ SCALE_STATED = re.compile(
     r"\btime[ _-]?(?:system|scale|reference|base|standard)\b[^\n\w]{0,10}(gps|utc)\b", re.IGNORECASE
 )
 RATE_STATED = re.compile(
-    r"(sampl|rate|freq|takt|abtast|\bfs\b)\w*[^\d\n]{0,20}([\d.]+)\s*(hz|samples/s)"
-    r"|(\bfs\b|sampl\w*[ _](?:rate|freq\w*)(?:[ _]hz)?)\s*[=:]\s*([\d.]+)\s*$",
+    r"(?:sampl|rate|freq|takt|abtast|\bfs\b)\w*[^\d\n]{0,20}(?P<hz>[\d.]+)\s*(?:hz|samples/s)"
+    r"|(?:\bfs\b|sampl\w*[ _](?:rate|freq\w*)(?:[ _]hz)?)\s*[=:]\s*(?P<bare>[\d.]+)\s*$"
+    r"|^\W*frequency\W+(?P<alone>[\d.]+)\s*$",
     re.IGNORECASE,
 )
 """A sampling rate in Hz; without its unit where the name alone can be nothing else."""
 STEP_STATED = re.compile(
-    r"\b(dt|delta t|time ?step|sampling interval|sample time|abtastzeit)\b[^\d\n]{0,12}([\d.]+)\s*(s|sec|ms)\b",
+    r"\b(?:dt|delta t|time ?step|sampl(?:e|ing) (?:interval|time|period|step)|abtast(?:zeit|intervall))\b[^\d\n]{0,12}"
+    r"(?P<step>[\d.]+)\s*(?P<unit>s|sec|ms)\b",
     re.IGNORECASE,
 )
 NEAR_S = 1.5
@@ -331,12 +336,12 @@ def _without(table: RawTable, answers: Dict[str, str], rivals: Sequence[RawColum
 
 def step_stated(note: str) -> float | None:
     """The time step that a line states: `sampling rate 10 Hz`, `dt = 0.1 s`."""
-    rate = RATE_STATED.search(note)
-    if rate and float(rate[2] or rate[5]) > 0.0:
-        return 1.0 / float(rate[2] or rate[5])
-    step = STEP_STATED.search(note)
-    if step and float(step[2]) > 0.0:
-        return float(step[2]) * (1e-3 if step[3].lower() == "ms" else 1.0)
+    rate, step = RATE_STATED.search(note), STEP_STATED.search(note)
+    hertz = next((text for text in rate.groups() if text), "") if rate else ""
+    if hertz.strip(".") and float(hertz) > 0.0:
+        return 1.0 / float(hertz)
+    if step and step["step"].strip(".") and float(step["step"]) > 0.0:
+        return float(step["step"]) * (1e-3 if step["unit"].lower() == "ms" else 1.0)
     return None
 
 
