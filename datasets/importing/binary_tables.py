@@ -17,6 +17,7 @@ from ...models.errors import BadInput
 from ...models.extras import extras_told
 from .layout import Line, blocks_of, table_of
 from .moments import moment
+from .names import is_time
 from .raw import RawColumn, RawTable, usable
 
 SINCE = re.compile(r"(?P<unit>[a-z]+) since (?P<start>\d.*)", re.IGNORECASE)
@@ -26,6 +27,10 @@ SECONDS = {"days": 86400.0, "day": 86400.0, "hours": 3600.0, "hour": 3600.0, "mi
 FEWEST = 10
 """Samples below which an array of a MAT file is no time series."""
 UNIT_FIELDS = ("units", "unit", "einheiten")
+OF_ALL = re.compile(r"\bSI\b")
+"""What states the units of all arrays of a file."""
+SAYS_NOTHING = ("data", "value", "values")
+"""Names of an array that say nothing: that of its structure does."""
 
 
 def read_excel(data: bytes, path: Path) -> list[RawTable]:
@@ -115,9 +120,13 @@ def _tables_of(content: Mapping[str, Any], units: dict[str, str], path: Path) ->
         for place in {where} | (below if len(below) == 1 else set()):
             stated |= {f"{place}.{name}".strip("."): unit for name, unit in own.items()}
     stated |= units
-    tables = []
+    tables, every = [], "SI" if "*" in told else ""
     for (where, size), group in groups.items():
-        columns = [_column(name, stated.get(f"{where}.{name}".strip("."), ""), own) for name, own in group.items()]
+        columns = []
+        for name, own in group.items():
+            alone = len(group) == 2 and name.lower() in SAYS_NOTHING and where
+            unit = stated.get(f"{where}.{name}".strip("."), "" if is_time(name) else every)
+            columns.append(_column(where.rpartition(".")[2] if alone else name, unit, own))
         tables += [RawTable.of(path, columns, f"{len(columns)} arrays of {size}", where)] if len(group) > 1 else []
     hint = "series must be numeric arrays of equal length; timeseries objects cannot be read outside MATLAB"
     return usable(tables, path, "no numeric arrays of equal length found", hint)
@@ -134,6 +143,8 @@ def _collect(content: Mapping[str, Any], where: str, groups: Any, units: dict[st
                 value = _simulink(value) if {"time", "signals"} <= set(value) else value
                 _collect(value, f"{where}.{name}".strip("."), groups, units)
             continue
+        if name.lower() in UNIT_FIELDS and isinstance(value, str) and OF_ALL.search(value):
+            units["*"] = {}
         array = np.asarray(value)
         if array.dtype.kind not in "fiub" or array.size < FEWEST or array.ndim > 2:
             continue

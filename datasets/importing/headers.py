@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from .names import named, words
-from .quantities import NO_UNIT, TIME_WORDS, LogUnit, quantities, tidy, unit_of, word_groups, word_list
+from .quantities import NO_UNIT, SI, TIME_WORDS, LogUnit, quantities, tidy, unit_of, word_groups, word_list
 
 BRACKETS = re.compile("[\\[({<\u3010\u3014]([^\\[\\](){}<>\u3010\u3011\u3014\u3015]*)[\\])}>\u3011\u3015]")
 TAIL = re.compile(r"(?:,|;|\s/|:|\s(?=°)|\bin\b|\ben\b|\bi\b|\bem\b)\s*([^,;:]+)$")
@@ -153,7 +153,7 @@ def _means(text: str, *kinds: str) -> bool:
 
 
 def _sized(text: str) -> bool:
-    return scaled_unit(text)[0] is not None
+    return scaled_unit(text)[0] is not None or tidy(text) == SI
 
 
 def says_unit(text: str) -> bool:

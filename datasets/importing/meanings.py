@@ -34,6 +34,8 @@ ALIKE = {"angle": math.radians(2.0), "angular rate": math.radians(0.3), "speed":
 """How far two columns of a quantity may be from each other (root mean square) to be the same."""
 TRACKED = 0.15
 """How near the velocity of a track, which is a mean over some seconds, must be to a component of it, as a share."""
+STILL = 0.03
+"""How far one of two columns moves, as a share of the other, up to which it does not."""
 OF_SHIP = "along the ship's axes: the direction goes with the yaw rate, not with the heading"
 """Why a velocity is one along an axis of the ship."""
 AHEAD, DRIFT = 0.7, 0.5
@@ -278,15 +280,18 @@ def without_twins(log: RawLog) -> None:
 def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFinding:
     """The column of two of one quantity that is used; what becomes of the other one is put into the log."""
     told = difference(log, used, found)
-    still = [float(np.ptp(n)) == 0.0 for n in (used.column.finite, found.column.finite) if n.size]
-    stuck = len(still) == 2 and still[0] != still[1] and used.quantity not in ("latitude", "longitude")
+    spans = [float(np.ptp(n)) for n in (used.column.finite, found.column.finite) if n.size]
+    sizes = [f.unit.factor * f.factor for f in (used, found) if f.unit is not None]
+    spans = [span * size for span, size in zip(spans, sizes, strict=True)] if len(sizes) == len(spans) else spans
+    still = STILL if len(sizes) == 2 else 1e-12
+    stuck = len(spans) == 2 and min(spans) < still * max(spans) and used.quantity not in ("latitude", "longitude")
     chosen, why = used, ""
     if "quantity" in used.bounded and "quantity" not in found.bounded:
         why = f"{used.column.name} is used, as {used.why[-1]}"
     elif told is not None and told[0]:
         why = f"{told[1]}; that one is used"
     elif stuck:  # not whole degrees beside minutes
-        chosen, why = (found if still[0] else used), "the same number in every row, another varies"
+        chosen, why = (found if spans[0] < spans[1] else used), "it stays as it is, another one moves"
     elif told is None and found.column.known and used.column.known:
         why = f"{used.table.label} states the same, too short to be compared; it is used"
     elif found.questions and not used.questions:

@@ -195,6 +195,6 @@ def test_a_column_that_waits_for_an_answer_is_used_after_it(run, tmp_path):
 
 
 def test_the_other_one_of_two_rudders_is_chosen_in_the_map(run, tmp_path):
-    fixed_one = {"rudder port [deg]": fixed(0.3 * np.sin(run.t) - 2.0, 2), "rudder stbd [deg]": fixed(run.delta * D, 2)}
+    fixed_one = {"rudder port [deg]": fixed(8.0 * np.sin(run.t), 2), "rudder stbd [deg]": fixed(run.delta * D, 2)}
     record = answered_in_its_map(written(run, tmp_path, **fixed_one), tmp_path / "map.yaml", 1)
     np.testing.assert_allclose(record.column("rudder_rad"), run.delta, atol=1e-3)

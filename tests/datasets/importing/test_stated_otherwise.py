@@ -323,3 +323,28 @@ def test_messages_of_nmea_2000_as_actisense_prints_them(tmp_path):
     (found,) = helmbench.import_log([path], positive_rudder="starboard").records
     np.testing.assert_allclose(np.degrees(found.column("heading_rad")), HEADING, atol=0.01)
     np.testing.assert_allclose(found.time_s, TIME, atol=1e-6)
+
+
+@pytest.mark.parametrize("units", ["SI, rad", ""])
+def test_series_with_a_time_each_are_asked_together(tmp_path, units):
+    yaw = np.radians(HEADING)
+    series = {"psi": yaw, "r": np.gradient(yaw, TIME), "u": 7.0 + 0.1 * np.sin(TIME / 5.0), "delta": np.radians(RUDDER)}
+    log = {name: {"Time": TIME, "Data": values} for name, values in series.items()}
+    savemat(tmp_path / "run.mat", {"log": log, "meta": {"frame": "NED", **({"units": units} if units else {})}})
+    found = draft(tmp_path / "run.mat")
+    asked = [question for question in found.questions if question.about in ("unit", "columns")]
+    assert len(asked) == (0 if units else 1)
+    if not units:
+        assert all(name in asked[0].text for name in ("delta is rudder", "u is surge"))
+    assert {one.column: one.unit for one in found.columns if one.column in ("psi", "delta")} == {
+        "psi": "rad",
+        "delta": "rad",
+    }
+
+
+def test_a_rudder_that_is_stuck_beside_one_that_moves_is_not_used(tmp_path, rng):
+    stuck = -2.0 + 0.05 * rng.standard_normal(N)
+    rows = np.column_stack([TIME, HEADING, stuck, RUDDER])
+    lines = [",".join(f"{x:.4f}" for x in row) for row in rows]
+    (tmp_path / "log.csv").write_text("\n".join(["time [s],heading [deg],rudder port [deg],rudder stbd [deg]", *lines]))
+    assert "rudder stbd" in columns(tmp_path / "log.csv") and "rudder port" not in columns(tmp_path / "log.csv")
