@@ -28,8 +28,10 @@ SENTENCE, FEWEST_UNITS = re.compile(r"\bin\s+([A-Za-z°/]+(?:\s+per\s+[a-z]+)?)"
 ANGLE = r"\d[\d.,°\s:'\"\u2032\u2033-]*"
 PLACE = re.compile(
     rf"(?P<lat>{ANGLE}[NSns])[\s,;/]*(?P<lon>{ANGLE}[EWew])|(?P<north>[NSns]\s*{ANGLE})[\s,;/]*(?P<east>[EWew]\s*{ANGLE})"
+    r"|POINT\s*Z?\s*\((?P<x>-?[\d.]+)\s+(?P<y>-?[\d.]+)[^)]*\)"
 )
-"""A latitude and a longitude in one cell, the letters behind them or before them."""
+"""A latitude and a longitude in one cell, the letters behind them or before them; or a point, as databases write
+it."""
 DEGREES, MINUTES = frozenset({"deg", "degrees", "°", "grad"}), frozenset({"min", "minutes", "'", "minuten"})
 """Units of the two parts of an angle."""
 MOST_WORDS = 16
@@ -84,8 +86,8 @@ def with_places(columns: Sequence[RawColumn]) -> list[RawColumn]:
             out.append(column)
             continue
         places = [PLACE.fullmatch(text.strip()) for text in column.texts]
-        for name, behind, before in (("latitude", "lat", "north"), ("longitude", "lon", "east")):
-            own = Texts((match[behind] or match[before]).strip() if match else "" for match in places)
+        for name, *keys in (("latitude", "lat", "north", "y"), ("longitude", "lon", "east", "x")):
+            own = Texts(next(match[k] for k in keys if match[k]).strip() if match else "" for match in places)
             out.append(replace(column, name=f"{column.name} {name}", called=name, unit="", values=own))
     return out
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Sequence
@@ -61,6 +62,10 @@ COMPACT = re.compile(r"(?:19|20)\d{2}(?:0[1-9]|1[0-2])(?:0[1-9]|[12]\d|3[01])(?:
 """Date and time of day of fourteen digits: 20240503080000.1."""
 MINUTES = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)")
 """Minutes and seconds, which decimals tell from hours and minutes."""
+TWO_PARTS = re.compile(r"(\d{1,3}):([0-5]\d)")
+"""Hours and minutes, or minutes and seconds."""
+REPEATED = 0.3
+"""Share of rows with the text of the row before from which on it shows no seconds."""
 LEAST_SHOWN_S = 0.09
 """Least step of minutes and seconds, s; a hundredth of a minute is shown by smaller numbers."""
 FORM_OF_TEXTS: tuple[tuple[Form, re.Pattern[str]], ...] = (("clock", CLOCK), ("clock", MINUTES), ("iso", ISO))
@@ -98,6 +103,8 @@ def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
     steps = np.abs(np.diff([_clock(text) for text in texts]))
     # decimals behind a colon are of seconds where they go in usual steps, not of the minutes of an hour
     in_seconds = bool(np.any(steps > 0.0)) and float(np.median(steps[steps > 0.0])) > LEAST_SHOWN_S
+    if _all(TWO_PARTS, column):
+        return _of_two_parts(texts, f"{column.name} {unit}".lower())
     for form, pattern in FORM_OF_TEXTS:
         if _all(pattern, column) and (pattern is not MINUTES or in_seconds):
             return TimeGuess((form,), "form of the texts", True)
@@ -118,6 +125,20 @@ def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
         why = "the day changes at midnight, the month does not"
         return TimeGuess(("day first" if len(firsts) > 1 else "month first",), why, True)
     return TimeGuess(("day first", "month first"), "day and month could be exchanged")
+
+
+def _of_two_parts(texts: Sequence[str], header: str) -> TimeGuess:
+    """The form of a clock of two parts: as the header says; hours and minutes where rows repeat it; minutes and seconds
+    where the first part is no hour, or it begins at zero; else either."""
+    if "mm:ss" in header and "h" not in header.partition("mm:ss")[0][-3:]:
+        return TimeGuess(("mm:ss",), "the header says it", True)
+    repeated = float(np.mean([a == b for a, b in itertools.pairwise(texts)])) if len(texts) > 1 else 1.0
+    if repeated > REPEATED or "hh:mm" in header:
+        return TimeGuess(("clock",), "form of the texts", True)
+    minutes = [int(text.partition(":")[0]) for text in texts]
+    if max(minutes) > 23 or not _clock(texts[0]):
+        return TimeGuess(("mm:ss",), "another minute in every row is none of a manoeuvre")
+    return TimeGuess(("mm:ss", "clock"), "hours and minutes, or minutes and seconds")
 
 
 def _all(pattern: re.Pattern[str], column: RawColumn) -> bool:
@@ -250,6 +271,8 @@ def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
             return date + clock
         return date + _over_midnight(clock)
     column = columns[0]
+    if form == "mm:ss" and column.texts is not None:
+        return _going_on(column.texts.mapped(_of_minutes), HOUR)
     if form == "clock":
         clock = _over_midnight(_time_of_day(column))
         return _going_on(clock, HOUR if _all(MINUTES, column) else DAY / 2.0)
@@ -284,6 +307,11 @@ def _time_of_day(column: RawColumn) -> np.ndarray:
         known = numbers[np.isfinite(numbers)]
         return DAY * numbers if known.size and known.max() <= 1.0 else _from_hhmmss(numbers)
     return column.texts.mapped(_clock)
+
+
+def _of_minutes(text: str) -> float:
+    found = TWO_PARTS.fullmatch(text)
+    return 60.0 * int(found[1]) + int(found[2]) if found else math.nan
 
 
 def _clock(text: str) -> float:

@@ -103,6 +103,10 @@ def read_header(name: str, unit: str = "") -> ColumnHeader:
         pieces.append(tail[1].strip())
         rest = rest[: tail.start()]
     pieces += [part.strip() for part in re.split(r"[;,|]", unit)]
+    for i, piece in enumerate(pieces):  # `mph over ground`: what stands behind a unit belongs to the name
+        own, _, more = piece.partition(" ")
+        if more and not says_unit(piece) and unit_of(own) is not None and named(words(f"{rest} {more}")).may_be:
+            rest, pieces[i] = f"{rest} {more}", own
     alone = REFERENCE.sub(" ", rest)
     if _means(alone, "heading", "heading_magnetic", "course_over_ground"):
         rest, pieces = alone, [REFERENCE.sub(" ", piece).strip() for piece in pieces]

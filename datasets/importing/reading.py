@@ -238,9 +238,10 @@ TURNS = re.compile(r"\bccw\b|counter-?\s?clockwise|anti-?\s?clockwise")
 """What says that an angle counts as in mathematics."""
 FRAME = re.compile(r"\b(?:coordinate|reference|frame|axes|orientation)\b[^\n]{0,30}?\b(enu|ned)\b", re.IGNORECASE)
 """A line that states to where the axes of a file point: `Coordinate system: ENU`."""
+TO_PORT = re.compile(r"\bx\b.{0,20}\b(?:ahead|forward|fwd|bow)\b.{0,20}\by\b.{0,12}\b(port|starboard)\b", re.IGNORECASE)
 AXES = re.compile(r"\bax[ei]s\b.*\bz(?:[^\w\n]|\b(?:axis|is|points?|pointing|positive)\b)+(up|down)", re.IGNORECASE)
-"""A line that states to where the vertical one of a ship's axes points, of which x points forward."""
-OF_AXES = {"up": "nwu", "down": "ned"}
+"""Lines that state to where the axes of a ship point, of which x points forward: y, or z."""
+OF_AXES = {"up": "nwu", "down": "ned", "port": "nwu", "starboard": "ned"}
 """To where all axes point: north or forward, west or port, up; north or forward, east or starboard, down."""
 EAST = re.compile(r"(?<![a-z])(?:east|math[a-z]*|enu|ned)(?![a-z])", re.IGNORECASE)
 """What a header says of a heading that does not count from north."""
@@ -303,7 +304,8 @@ def _with_sense(found: ColumnFinding) -> ColumnFinding:
 def frame_stated(table: RawTable) -> str:
     """The frame of all axes, `enu`, `ned` or `nwu`, that a line above the table states; '' where none does."""
     stated = {match[1].lower() for note in table.notes for match in FRAME.finditer(note)}
-    stated = stated or {OF_AXES[match[1].lower()] for note in table.notes for match in AXES.finditer(note)}
+    found = (match for note in table.notes for form in (AXES, TO_PORT) for match in form.finditer(note))
+    stated = stated or {OF_AXES[match[1].lower()] for match in found}
     return stated.pop() if len(stated) == 1 else ""
 
 

@@ -229,11 +229,13 @@ def _cells(line: str, separator: str) -> list[str]:
 
 
 def _line(number: int, text: str, separator: str, full: int) -> Line:
-    """A line of a table with so many cells in a full row; a separator before them all begins no comment."""
+    """A line of a table with so many cells in a full row; a separator before or behind its first one is no mark of a
+    comment."""
     mark = COMMENT.match(text)
+    stop = mark.end() if mark else 0
     if mark and separator in mark[0].strip() and text.count(separator) + 1 == full:
-        mark = None
-    return Line(number, tuple(_cells(text[mark.end() :] if mark else text, separator)), mark is not None)
+        stop = text.index(separator)
+    return Line(number, tuple(_cells(text[stop:], separator)), bool(text[:stop].strip()))
 
 
 def _untrailed(line: Line, width: int | None) -> Line:

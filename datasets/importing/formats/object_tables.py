@@ -23,6 +23,7 @@ KINDS = listed("object_kinds")
 """Names of a key that says what kind of record an object is."""
 MOST_KEYS, MOST_KINDS, MOST_ITEMS, DEEPEST = 300, 60, 16, 8
 """Keys of an object, kinds of objects, items of an array, and levels that are read."""
+COORDINATES = re.compile(r"(?:^|\.)coordinates\[([01])\]$")
 FEWEST = 3
 """Objects below which there is no table."""
 HALVES = re.compile(r"\\u[dD][89a-fA-F][0-9a-fA-F]{2}")
@@ -125,6 +126,9 @@ def _column(
 ) -> RawColumn:
     """A key as a column: the value of a topic is called as the topic; one with a unit beside it has that."""
     place = key.rpartition(".")[0]
+    if axis := COORDINATES.search(key):  # of GeoJSON
+        quantity = ("longitude", "latitude")[int(axis[1])]
+        return RawColumn(key, "deg", _cells([row.get(key) for _, row in own], True), quantity, "GeoJSON states it")
     values = [row.get(key) for _, row in own]
     numbers = all(value is None or isinstance(value, bool | int | float) for value in values)
     alone = sum(_last(other) == _last(key) for other in keys) < 2

@@ -162,3 +162,45 @@ def test_a_date_and_a_clock_in_digits(tmp_path, date, asked):
     if not asked:
         (found,) = draft.import_log().records
         assert found.column("time_s")[-1] == 4.0 * TIME[-1]
+
+
+@pytest.mark.parametrize(
+    ("header", "first", "asked"),
+    [("Time (mm:ss)", 600, False), ("Time", 0, False), ("Time", 600, True), ("Time", 1500, False)],
+)
+def test_a_clock_of_two_parts_is_of_minutes_and_seconds_where_every_row_has_another(tmp_path, header, first, asked):
+    times = [f"{int(first + t) // 60:02}:{int(first + t) % 60:02}" for t in TIME]
+    draft = helmbench.draft_import(
+        [write(tmp_path, f"{header};heading [deg];rudder [deg]", times, plain(HEADING), plain(RUDDER))],
+        positive_rudder="starboard",
+    )
+    assert [question.about for question in draft.questions] == ["time"] * asked
+    if not asked:
+        assert_allclose(draft.import_log().records[0].time_s, TIME)
+
+
+def test_points_of_a_database_are_positions(tmp_path):
+    points = [f"POINT({28.2 + t / 1e5:.7f} {43.1:.7f})" for t in TIME]
+    stamps = [f"2026-07-14 10:{int(t) // 60:02}:{int(t) % 60:02}+00" for t in TIME]
+    path = write(tmp_path, "ts;geom;heading [deg];rudder [deg]", stamps, points, plain(HEADING), plain(RUDDER))
+    found = record(path)
+    assert_allclose(found.column("east_m")[-1], 0.8135 * TIME[-1], rtol=0.01)
+    assert found.meta.extra["start_utc"].startswith("2026-07-14T10:00:00")
+
+
+def test_pages_of_a_print_with_lines_below_their_headers(tmp_path):
+    head = ["  TIME      HDG    RUDDER", "  UTC       DEG     DEG", "--------  ------  ------"]
+    rows = zip(TIME, HEADING, RUDDER, strict=True)
+    lines = [f"10:{int(t) // 60:02}:{int(t) % 60:02}  {h:6.2f}  {r:6.2f}" for t, h, r in rows]
+    parts = [[f"   M/V EXAMPLE  DATA  PAGE {k // 60 + 1}", *head, *lines[k : k + 60]] for k in range(0, N, 60)]
+    pages = [line for part in parts for line in part]
+    path = tmp_path / "print.txt"
+    path.write_text("\n".join(pages), "utf-8")
+    assert_allclose(np.degrees(record(path).rudder()), RUDDER, atol=0.006)
+
+
+def test_words_behind_a_unit_belong_to_the_name(tmp_path):
+    header = "time [s];heading (degrees true);Helm angle (degrees right rudder);Speed (mph over ground)"
+    path = write(tmp_path, header, plain(TIME), plain(HEADING), plain(RUDDER), plain(10.0 + 0.0 * TIME))
+    units = {one.column.partition(" ")[0]: (one.quantity, one.unit) for one in helmbench.draft_import([path]).columns}
+    assert units["Speed"] == ("speed_over_ground", "mph") and units["Helm"] == ("rudder", "deg")

@@ -253,13 +253,16 @@ def test_a_unit_of_time_that_no_log_has_is_asked(per_second, form, tmp_path):
     assert {"seconds", form} <= {answer.key for answer in question.answers}
 
 
-def test_a_row_of_units_with_nothing_over_the_time(tmp_path):
+@pytest.mark.parametrize("first", ["", "#"])
+def test_a_row_of_units_with_nothing_over_the_time(tmp_path, first):
     path = tmp_path / "log.csv"
     rows = (
         f"2026-03-04 10:00:{t:04.1f};{h:.2f};{r:.1f};{60.0 + t:.1f};12.5"
         for t, h, r in zip(TIME, HEADING, RUDDER, strict=True)
     )
-    path.write_text("\n".join(["Time;Heading;Rudder;Propeller.1.RPM;Wind.1.Speed", ";deg;deg;%;kn", *rows]), "utf-8")
+    path.write_text(
+        "\n".join(["Time;Heading;Rudder;Propeller.1.RPM;Wind.1.Speed", f"{first};deg;deg;%;kn", *rows]), "utf-8"
+    )
     assert columns(path) == {
         "Time": ("time", "iso"), "Heading": ("heading", "deg"), "Rudder": ("rudder", "deg"),
         "Wind.1.Speed": ("wind_speed", "kn"),
