@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import re
 from collections.abc import Sequence
@@ -60,15 +59,14 @@ CLOCK = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?))?\s*([AaPp][Mm])?
 ISO = re.compile(r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}([T ].*|-\d{1,2}:\d{2}:.*)?|\d{8}[T ]\d{4,6}.*")
 COMPACT = re.compile(r"(?:19|20)\d{2}(?:0[1-9]|1[0-2])(?:0[1-9]|[12]\d|3[01])(?:[01]\d|2[0-3])(?:[0-5]\d){2}(?:\.\d+)?")
 """Date and time of day of fourteen digits: 20240503080000.1."""
-MINUTES = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)")
-"""Minutes and seconds, which decimals tell from hours and minutes."""
-TWO_PARTS = re.compile(r"(\d{1,3}):([0-5]\d)")
+TWO_PARTS = re.compile(r"(\d{1,3}):([0-5]\d(?:[.,]\d+)?)")
 """Hours and minutes, or minutes and seconds."""
+DECIMALS = re.compile(r"[.,]")
 REPEATED = 0.3
 """Share of rows with the text of the row before from which on it shows no seconds."""
 LEAST_SHOWN_S = 0.09
 """Least step of minutes and seconds, s; a hundredth of a minute is shown by smaller numbers."""
-FORM_OF_TEXTS: tuple[tuple[Form, re.Pattern[str]], ...] = (("clock", CLOCK), ("clock", MINUTES), ("iso", ISO))
+FORM_OF_TEXTS: tuple[tuple[Form, re.Pattern[str]], ...] = (("clock", CLOCK), ("iso", ISO))
 NUMERIC_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-](\d{2,4})(.*)")
 NAMED_DATE = re.compile(r"\d{1,2}[- ][A-Za-z]{3}[- ]\d{2,4}.*")
 
@@ -100,13 +98,10 @@ def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
     texts = column.first(200)
     if not texts:
         return None
-    steps = np.abs(np.diff([_clock(text) for text in texts]))
-    # decimals behind a colon are of seconds where they go in usual steps, not of the minutes of an hour
-    in_seconds = bool(np.any(steps > 0.0)) and float(np.median(steps[steps > 0.0])) > LEAST_SHOWN_S
     if _all(TWO_PARTS, column):
         return _of_two_parts(texts, f"{column.name} {unit}".lower())
     for form, pattern in FORM_OF_TEXTS:
-        if _all(pattern, column) and (pattern is not MINUTES or in_seconds):
+        if _all(pattern, column):
             return TimeGuess((form,), "form of the texts", True)
     if _all(NAMED_DATE, column):
         return TimeGuess(("day first",), "form of the texts", True)
@@ -127,13 +122,16 @@ def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
     return TimeGuess(("day first", "month first"), "day and month could be exchanged")
 
 
-def _of_two_parts(texts: Sequence[str], header: str) -> TimeGuess:
+def _of_two_parts(texts: Sequence[str], header: str) -> TimeGuess | None:
     """The form of a clock of two parts: as the header says; hours and minutes where rows repeat it; minutes and seconds
-    where the first part is no hour, or it begins at zero; else either."""
+    where the first part is no hour, or it begins at zero, or has decimals that go in usual steps; else either."""
+    steps = np.abs(np.diff([_of_minutes(text) for text in texts]))
+    if any(map(DECIMALS.search, texts)):
+        usual = np.any(steps > 0.0) and float(np.median(steps[steps > 0.0])) > LEAST_SHOWN_S
+        return TimeGuess(("mm:ss",), "form of the texts", True) if usual else None
     if "mm:ss" in header and "h" not in header.partition("mm:ss")[0][-3:]:
         return TimeGuess(("mm:ss",), "the header says it", True)
-    repeated = float(np.mean([a == b for a, b in itertools.pairwise(texts)])) if len(texts) > 1 else 1.0
-    if repeated > REPEATED or "hh:mm" in header:
+    if not steps.size or float(np.mean(steps == 0.0)) > REPEATED or "hh:mm" in header:
         return TimeGuess(("clock",), "form of the texts", True)
     minutes = [int(text.partition(":")[0]) for text in texts]
     if max(minutes) > 23 or not _clock(texts[0]):
@@ -275,7 +273,7 @@ def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
         return _going_on(column.texts.mapped(_of_minutes), HOUR)
     if form == "clock":
         clock = _over_midnight(_time_of_day(column))
-        return _going_on(clock, HOUR if _all(MINUTES, column) else DAY / 2.0)
+        return _going_on(clock, DAY / 2.0)
     if form == "hhmmss":
         return _over_midnight(_from_hhmmss(column.numbers))
     if form == "day fraction":
@@ -311,14 +309,11 @@ def _time_of_day(column: RawColumn) -> np.ndarray:
 
 def _of_minutes(text: str) -> float:
     found = TWO_PARTS.fullmatch(text)
-    return 60.0 * int(found[1]) + int(found[2]) if found else math.nan
+    return 60.0 * int(found[1]) + float(found[2].replace(",", ".")) if found else math.nan
 
 
 def _clock(text: str) -> float:
     text = text.rsplit(" ", 1)[-1] if re.match(r"\d{4}-", text) else text
-    elapsed = MINUTES.fullmatch(text)
-    if elapsed:
-        return 60.0 * int(elapsed[1]) + float(elapsed[2].replace(",", "."))
     match = CLOCK.fullmatch(text)
     if not match:
         return math.nan

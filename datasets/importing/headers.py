@@ -27,9 +27,6 @@ WEST_SOUTH = re.compile(
     r"(west|south|\bw\b|\bs\b|ouest|sud|oeste|sur)\s*(=|is|:)?\s*(\+|positive)|(\+|positive)\s*(=|:|to|is|towards)?\s*(the\s+)?"
     r"(west|south|w\b|s\b|ouest|sud|oeste|sur)"
 )
-EAST_NORTH = re.compile(
-    r"(east|north|\be\b|\bn\b)\s*(=|is|:)?\s*(\+|positive)|(\+|positive)\s*(=|:|to|is|towards)?\s*(the\s+)?(east|north|e\b|n\b)"
-)
 SCALED = re.compile(r"(?:x|\*|×)?\s*([0-9]*[.,]?[0-9]+(?:e[-+]?\d+)?)\s*(?:x|\*|×)?\s*([^\d].*)")
 PART = re.compile(
     r"1\s*/\s*(?P<first>10{1,9})\s*(?P<behind>[^\d].*)|(?P<before>[^\d/]+)/\s*(?P<last>10{1,9})|deci[\s-]?(?P<tenth>.+)"
@@ -238,11 +235,9 @@ def _without(text: str, start: int, stop: int) -> str:
     return text[:start] + " " + (rest[more.end() :] if more else rest)
 
 
-def west_or_south(name: str, unit: str) -> bool | None:
-    """Whether a longitude counts to the west, a latitude to the south; None where nothing is stated."""
+def west_or_south(name: str, unit: str) -> bool:
+    """Whether it is stated that a longitude counts to the west, or a latitude to the south."""
     if letter := _hemisphere(name, unit):
         return letter in "ws"
     text = _same_length(f"{name} {unit}")
-    if WEST_SOUTH.search(text) or re.search(r"(°|\bdeg)\s*[ws]\b", text):
-        return True
-    return False if EAST_NORTH.search(text) or re.search(r"(°|\bdeg)\s*[ne]\b", text) else None
+    return bool(WEST_SOUTH.search(text) or re.search(r"(°|\bdeg)\s*[ws]\b", text))

@@ -53,6 +53,8 @@ ON_EARTH = "it stays within a metre, if its numbers are metres: degrees"
 STANDS, STANDS_S, FAR_OFF = 1.0, 60.0, 100.0
 """Range of numbers of two positions from which on they can be metres, in so many seconds; how far from 0 they are then,
 as a multiple of it."""
+SAME_EVER, OVER_S = 0.025, 10.0
+"""How near it must be at all times (root mean square, as a share), over so many seconds."""
 SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
@@ -111,12 +113,23 @@ def _speed(log: RawLog, found: ColumnFinding) -> ColumnFinding:
         parts = (1.0, 0.1) if found.unit is None and not np.any(np.nan_to_num(found.column.numbers) % 1.0) else (1.0,)
         for unit, part in itertools.product(units, parts):
             factor = part * found.factor
-            if size and abs(size / (unit.factor * factor) - 1.0) < SAME:
+            alike = size and abs(size / (unit.factor * factor) - 1.0) < SAME
+            if alike and _goes_with(speed, raw, unit.factor * factor):
                 decided = _decided(found, "speed_over_ground", f"speed over ground: agrees with the speed of {name}")
                 said = unit.name if part == 1.0 else f"{part:g} {unit.name}"
                 own = {"unit": unit, "factor": factor}
                 return decided if found.unit is not None else decided.told("other channel", said, **own)
     return found
+
+
+def _goes_with(speed: ClockSeries, raw: ClockSeries, size: float) -> bool:
+    """Whether a speed is that of a track at all times, as one through the water is not where there is a current."""
+    shared = together(speed, raw)
+    if shared is None:
+        return False
+    wide = max(1, int(OVER_S / float(np.median(np.diff(shared[0])))))
+    track, own = (smooth(values, wide) for values in (shared[1], size * shared[2]))
+    return float(np.sqrt(np.mean((own - track) ** 2))) < SAME_EVER * float(np.mean(track))
 
 
 def _of_ship(log: RawLog, found: ColumnFinding) -> ColumnFinding:

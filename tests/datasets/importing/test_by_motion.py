@@ -159,6 +159,17 @@ def test_a_wind_that_turns_back_as_the_ship_turns_counts_from_the_bow(ship, tmp_
     assert record.has("wind_speed_m_s", "wind_direction_rad") is not turned
 
 
+@pytest.mark.parametrize("current", [0.0, 1.2])
+def test_a_speed_that_is_not_always_that_of_the_track_is_asked(ship, tmp_path, current):
+    speed = np.hypot(ship.column("surge_m_s"), ship.column("sway_m_s"))
+    columns = {"time [s]": ship.time_s, "heading [deg]": np.degrees(ship.column("heading_rad")) % 360.0,
+               "rudder [deg]": np.degrees(ship.rudder()), "north [m]": ship.column("north_m"),
+               "east [m]": ship.column("east_m") + current * ship.time_s, "speed [m/s]": speed}  # fmt: skip
+    draft = helmbench.draft_import(lines_of(tmp_path / "log.csv", columns), positive_rudder="starboard")
+    told = next(one for one in draft.columns if one.column == "speed")
+    assert (told.sure == "other channel") is (current == 0.0)
+
+
 def test_of_two_pairs_of_units_the_one_that_fits_is_told(ship, tmp_path):
     columns = {"t": ship.time_s, "psi": ship.column("heading_rad"), "delta": np.degrees(ship.rudder()),
                "r": np.degrees(ship.column("yaw_rate_rad_s"))}  # fmt: skip

@@ -129,10 +129,10 @@ def test_what_a_header_states(text, dimension, unit, positive):
         ("Lon W", ("lon",), True),
         ("Longitude [°E]", ("longitude",), False),
         ("Breite [° N]", ("breite",), False),
-        ("Latitude [deg]", ("latitude",), None),
-        ("Latitude N/S", ("latitude", "n", "s"), None),
-        ("Position E [m]", ("position", "e"), None),
-        ("GPS N [m]", ("gps", "n"), None),
+        ("Latitude [deg]", ("latitude",), False),
+        ("Latitude N/S", ("latitude", "n", "s"), False),
+        ("Position E [m]", ("position", "e"), False),
+        ("GPS N [m]", ("gps", "n"), False),
     ],
 )
 def test_the_letter_of_a_hemisphere(text, words, turned):
