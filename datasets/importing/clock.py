@@ -61,7 +61,7 @@ COMPACT = re.compile(r"(?:19|20)\d{2}(?:0[1-9]|1[0-2])(?:0[1-9]|[12]\d|3[01])(?:
 """Date and time of day of fourteen digits: 20240503080000.1."""
 TWO_PARTS = re.compile(r"(\d{1,3}):([0-5]\d(?:[.,]\d+)?)")
 """Hours and minutes, or minutes and seconds."""
-DECIMALS = re.compile(r"[.,]")
+DECIMALS, OF_MINUTES = re.compile(r"[.,]"), re.compile(r"(?<!:)\b(?:mm?:ss?|min\w*[:/]s\w*)\b")
 REPEATED = 0.3
 """Share of rows with the text of the row before from which on it shows no seconds."""
 LEAST_SHOWN_S = 0.09
@@ -129,7 +129,7 @@ def _of_two_parts(texts: Sequence[str], header: str) -> TimeGuess | None:
     if any(map(DECIMALS.search, texts)):
         usual = np.any(steps > 0.0) and float(np.median(steps[steps > 0.0])) > LEAST_SHOWN_S
         return TimeGuess(("mm:ss",), "form of the texts", True) if usual else None
-    if "mm:ss" in header and "h" not in header.partition("mm:ss")[0][-3:]:
+    if OF_MINUTES.search(header):
         return TimeGuess(("mm:ss",), "the header says it", True)
     if not steps.size or float(np.mean(steps == 0.0)) > REPEATED or "hh:mm" in header:
         return TimeGuess(("clock",), "form of the texts", True)

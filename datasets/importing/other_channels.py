@@ -55,6 +55,8 @@ FAR = 3.0
 """How much more a direction from the bow must move than what it is over ground."""
 
 
+NO_NUMBERS = ("no numbers in the column",)
+"""Why a column of texts is not used."""
 WORDS_FOR_ANGLES = ("angle", "winkel", "vinkel", "lage", "角", "ángulo", "angulo", "rsa")
 """Parts of the name of a rudder that is an angle."""
 
@@ -227,7 +229,7 @@ def by_physics(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if not np.isfinite(found.column.numbers).any():
         if found.quantity in ("latitude", "longitude") and found.column.first(1):
             return found.told("stated", "degrees and minutes, as the cells show", unit=UNITS["deg min"])
-        return found.unused("no numbers in the column")
+        return found.unused(*NO_NUMBERS)
     if found.quantity in WRAPPING and in_tenths(found) and np.abs(np.diff(found.column.finite)).max() > 3000.0:
         why = "whole numbers that jump by 3600 can only be tenths of a degree"
         return found.told("physics", why, unit=UNITS["deg"], factor=0.1 * found.factor)

@@ -233,7 +233,7 @@ def _line(number: int, text: str, separator: str, full: int) -> Line:
     comment."""
     mark = COMMENT.match(text)
     stop = mark.end() if mark else 0
-    if mark and separator in mark[0].strip() and text.count(separator) + 1 == full:
+    if mark and separator != " " and separator in mark[0] and text.count(separator) + 1 == full:
         stop = text.index(separator)
     return Line(number, tuple(_cells(text[stop:], separator)), bool(text[:stop].strip()))
 

@@ -97,8 +97,9 @@ def _flat(value: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, A
         for key, one in value.items():
             yield from _flat(one, f"{prefix}.{key}".strip("."), depth + 1)
     elif isinstance(value, list):
-        if 0 < len(value) <= MOST_ITEMS and all(isinstance(one, int | float) for one in value):
-            yield from ((f"{prefix}[{i}]", one) for i, one in enumerate(value))
+        plain = all(isinstance(one, int | float | dict) for one in value) and depth < DEEPEST
+        for i, one in enumerate(value) if 0 < len(value) <= MOST_ITEMS and plain else ():
+            yield from _flat(one, f"{prefix}[{i}]", depth + 1)
     elif isinstance(value, bool | int | float | str):
         yield prefix, value
 

@@ -204,3 +204,25 @@ def test_words_behind_a_unit_belong_to_the_name(tmp_path):
     path = write(tmp_path, header, plain(TIME), plain(HEADING), plain(RUDDER), plain(10.0 + 0.0 * TIME))
     units = {one.column.partition(" ")[0]: (one.quantity, one.unit) for one in helmbench.draft_import([path]).columns}
     assert units["Speed"] == ("speed_over_ground", "mph") and units["Helm"] == ("rudder", "deg")
+
+
+def test_a_rudder_whose_cells_are_no_numbers_stops_the_import(tmp_path):
+    path = write(
+        tmp_path, "time [s];heading [deg];Rudder", plain(TIME), plain(HEADING), [f"about {r:.0f}!" for r in RUDDER]
+    )
+    with pytest.raises(helmbench.BadInput, match="column Rudder: no number: 'about 1"):
+        helmbench.import_log([path])
+    draft = helmbench.draft_import([path])
+    draft.write_mapping(tmp_path / "map.yaml")
+    text = (tmp_path / "map.yaml").read_text("utf-8")
+    assert "rudder_rad" not in helmbench.import_log([path], mapping=tmp_path / "map.yaml").record.channels, text
+
+
+def test_objects_in_a_list_and_a_page_of_html(tmp_path):
+    rows = [{"time_s": t, "heading_deg": h, "rudder_deg": r, "engines": [{"rpm": 90.0 + r}]}
+            for t, h, r in zip(TIME, HEADING, RUDDER, strict=True)]  # fmt: skip
+    (tmp_path / "log.jsonl").write_text("\n".join(map(json.dumps, rows)), "utf-8")
+    assert record(tmp_path / "log.jsonl").has("propeller_rps")
+    (tmp_path / "log.xls").write_text("<html><table><tr><td>1</td></tr></table></html>", "utf-8")
+    with pytest.raises(helmbench.BadInput, match="a page of HTML"):
+        helmbench.draft_import([tmp_path / "log.xls"])
