@@ -15,10 +15,11 @@ import numpy as np
 
 from ...models.errors import BadInput
 from ...models.extras import extras_told
-from .layout import Line, blocks_of, table_of
+from .layout import read_parts
 from .moments import moment
 from .names import is_time
 from .raw import RawColumn, RawTable, usable
+from .text import read_text
 
 SINCE = re.compile(r"(?P<unit>[a-z]+) since (?P<start>\d.*)", re.IGNORECASE)
 """The unit of a time with its start (Climate and Forecast conventions 1.11, section 4.4)."""
@@ -38,24 +39,19 @@ def read_excel(data: bytes, path: Path) -> list[RawTable]:
     import openpyxl
 
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-    tables: list[tuple[str, RawTable | None]] = []
+    tables, notes = list[RawTable](), list[str]()
     for sheet in book.worksheets:
-        name, lines = sheet.title, []
         rows = [tuple(map(_cell, row)) for row in sheet.iter_rows(values_only=True)]
         used = max((i + 1 for row in rows for i, cell in enumerate(row) if cell), default=0)
-        for number, row in enumerate(rows, start=1):
-            if any(row):
-                cells = (row[0].lstrip("#%/ "), *row[1:used])
-                lines.append(Line(number, cells, row[0].startswith(("#", "%", "//"))))
-        blocks = blocks_of(lines) if lines else []
-        tables += [(name, table_of(block, block, path.name, name)) for block in blocks]
-    empty = [name for name, table in tables if table is None]
-    hint = f"sheets: {', '.join(sheet.title for sheet in book.worksheets)}"
-    found = usable([t for _, t in tables], path, "no sheet holds rows of numbers", hint)
-    if empty:
-        note = f"sheet {', '.join(empty)}: no rows of numbers, not used"
-        found[0] = replace(found[0], done=(note, *found[0].done))
-    return found
+        text = "\n".join("\t".join(row[:used]) for row in rows)
+        try:
+            parts = read_parts(text, path, lambda part: read_text(part, "", path))
+            tables += [replace(part, sheet=sheet.title, done=part.done[1:]) for part in parts]
+        except BadInput as error:
+            notes.append(f"sheet {sheet.title} is not used: {error.message}")
+    sheets = ", ".join(sheet.title for sheet in book.worksheets)
+    found = usable(tables, path, "no sheet holds rows of numbers", f"sheets: {sheets}")
+    return [replace(found[0], done=(*notes, *found[0].done)), *found[1:]]
 
 
 def _cell(value: Any) -> str:
@@ -63,7 +59,7 @@ def _cell(value: Any) -> str:
         return ""
     if isinstance(value, datetime.datetime | datetime.time):
         return value.isoformat(sep=" ") if isinstance(value, datetime.datetime) else value.isoformat()
-    return repr(value) if isinstance(value, float) else str(value).strip()
+    return repr(value) if isinstance(value, float) else " ".join(str(value).replace('"', "'").split())
 
 
 def read_mat(data: bytes, path: Path) -> list[RawTable]:

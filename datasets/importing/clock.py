@@ -13,7 +13,7 @@ import numpy as np
 
 from ..time_faults import LONGEST_STEP_S, SHORTEST_STEP_S
 from .cells import Texts
-from .moments import EPOCH_S, PIVOT, WEEK_S, days_since_1970, moment
+from .moments import EPOCH_S, WEEK_S, days_since_1970, moment
 from .names import words
 from .quantities import names_in, vocabulary
 from .raw import RawColumn
@@ -45,8 +45,7 @@ COUNTED = ("seconds", "tenths of seconds", "hundredths of seconds", "millisecond
            "minutes", "hours")  # fmt: skip
 """Forms that count from any moment on."""
 DAY, HOUR = 86400.0, 3600.0
-DIGITS = {"ddmmyy": ((0, 2), (1, 2), (2, 2)), "yymmdd": ((2, 2), (1, 2), (0, 2)), "yyyymmdd": ((2, 4), (1, 2), (0, 2))}
-"""Form of a date in digits -> pairs of digits behind its year, month and day, and how many digits each has."""
+DIGITS = ("yyyymmdd", "ddmmyy", "yymmdd")
 COUNTERS = (2.0**16, 2.0**32)
 """Numbers at which a counter of 16 or 32 bits begins again."""
 MOST_STEPS = 3.0
@@ -258,11 +257,7 @@ def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
         second = second * (1e-3 if np.nanmax(second, initial=0.0) > WEEK_S else 1.0)
         return EPOCH_S + WEEK_S * np.where(week < WEEKS_OF_TEN_BITS, week + SINCE_2019, week) + second
     if form in DIGITS and len(columns) == 1:
-        year, month, day = (columns[0].numbers // 10 ** (2 * place) % 10**size for place, size in DIGITS[form])
-        century = np.where(year >= PIVOT, 1900.0, 2000.0) if form != "yyyymmdd" else 0.0
-        known = np.isfinite(year) & (month >= 1) & (month <= 12) & (day >= 1) & (day <= 31) & (columns[0].numbers >= 0)
-        whole = (np.where(known, part, 1.0).astype(np.int64) for part in (year + century, month, day))
-        return np.where(known, DAY * days_since_1970(*whole), np.nan)
+        return (columns[0].texts or Texts([])).mapped(partial(_of_digits, form=form))
     if len(columns) == 2:
         date, clock = seconds(columns[:1], form), _time_of_day(columns[1])
         if np.isfinite(date).any() and np.ptp(date[np.isfinite(date)]) > 0.0:
@@ -305,6 +300,11 @@ def _time_of_day(column: RawColumn) -> np.ndarray:
         known = numbers[np.isfinite(numbers)]
         return DAY * numbers if known.size and known.max() <= 1.0 else _from_hhmmss(numbers)
     return column.texts.mapped(_clock)
+
+
+def _of_digits(text: str, form: Form) -> float:
+    parts = [text[:2], text[2:4], text[4:]][:: -1 if form == "yymmdd" else 1]
+    return moment(text if form == "yyyymmdd" else "-".join(parts))
 
 
 def _of_minutes(text: str) -> float:

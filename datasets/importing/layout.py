@@ -600,22 +600,3 @@ def _shifted(table: RawTable, lines: int) -> RawTable:
     """A table with the line numbers of the whole file."""
     faults = tuple((number + lines, said, text) for number, said, text in table.faults)
     return replace(table, rows=np.asarray(table.rows) + lines, faults=faults)
-
-
-def blocks_of(lines: Sequence[Line]) -> list[list[Line]]:
-    """Lines of a sheet, cut above each further header: names of other columns than before, and rows of data below."""
-    cuts, before = [0], set[str]()
-    for i, line in enumerate(lines):
-        names = {cell.strip() for cell in line.cells if cell.strip()}
-        body = [other.cells for other in lines[i + 1 : i + 1 + FIRST]]
-        if len(names) < 2 or is_data(line.cells) or any(map(is_number, names)) or all(map(says_unit, names)):
-            continue
-        if len(body) < FIRST or not all(map(is_data, body[1:])):
-            continue
-        last = i - 1
-        while last > 0 and sum(map(bool, lines[last].cells)) < 2:  # a title belongs to the table below it
-            last -= 1
-        if before and len(names & before) <= 0.5 * len(names) and is_data(lines[last].cells):
-            cuts.append(last + 1)
-        before = names
-    return [list(lines[a:b]) for a, b in zip(cuts, [*cuts[1:], len(lines)], strict=True)]

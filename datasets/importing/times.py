@@ -291,9 +291,9 @@ def _date_of_digits(column: RawColumn) -> TimeGuess | None:
     """The form of a date of six or eight digits; None where it is none."""
     texts = set(column.first(HEAD))
     forms = {6: ("ddmmyy", "yymmdd"), 8: ("yyyymmdd",)}.get(len(min(texts, key=len, default="")), ())
-    if not all(text.isdigit() for text in texts) or len({*map(len, texts)}) > 1:
+    if column.texts is None or not all(text.isdigit() for text in texts) or len({*map(len, texts)}) > 1:
         return None
-    known = RawColumn("", "", np.array([*texts], dtype=float))
+    known = RawColumn("", "", [*texts])
     lasts = {form: float(np.ptp(seconds([known], form))) for form in forms}  # nan where one is no date
     able = tuple(form for form in forms if lasts[form] <= MONTH_S) or tuple(f for f in forms if lasts[f] >= 0.0)
     return TimeGuess(able, "digits of a date", len(able) == 1) if able else None
