@@ -102,14 +102,9 @@ def with_minutes(columns: Sequence[RawColumn]) -> list[RawColumn]:
         degrees, rest = whole.numbers, minutes.numbers
         in_full = np.array_equal(degrees, np.round(degrees), equal_nan=True)
         if in_full and 0.0 <= np.nanmin(rest) <= np.nanmax(rest) < 60:
-            signed, letters = degrees + np.copysign(rest / 60.0, degrees), out[i + 1] if i + 1 < len(out) else None
-            texts = letters.texts if letters is not None and not letters.known else None
-            if texts is not None and _sides(texts, whole):
-                sides = sides_of(whole.name)
-                south_west = [sides.get(text.lower()) in ("south", "west") for text in texts.trimmed_texts()]
-                signed = np.where(south_west, -1.0, 1.0) * np.abs(signed)
-            out[i - 1] = replace(whole, values=signed)
-            out[i] = replace(minutes, known="not used", source=f"the minutes of column {whole.name}, added to it")
+            signed = Texts(f"{number:.9f}" for number in (degrees + np.copysign(rest / 60.0, degrees)).tolist())
+            minutes = replace(minutes, known="not used", source=f"the minutes of column {whole.name}, added to it")
+            out[i - 1 : i + 1] = [minutes, replace(whole, values=signed)]  # before the letters of a hemisphere
     return out
 
 

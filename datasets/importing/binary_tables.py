@@ -17,7 +17,7 @@ from ...models.errors import BadInput
 from ...models.extras import extras_told
 from .layout import read_parts
 from .moments import moment
-from .names import is_time
+from .names import is_time, joined, listed
 from .raw import RawColumn, RawTable, usable
 from .text import read_text
 
@@ -30,8 +30,6 @@ FEWEST = 10
 UNIT_FIELDS = ("units", "unit", "einheiten")
 OF_ALL = re.compile(r"\bSI\b")
 """What states the units of all arrays of a file."""
-SAYS_NOTHING = ("data", "value", "values")
-"""Names of an array that say nothing: that of its structure does."""
 
 
 def read_excel(data: bytes, path: Path) -> list[RawTable]:
@@ -120,7 +118,7 @@ def _tables_of(content: Mapping[str, Any], units: dict[str, str], path: Path) ->
     for (where, size), group in groups.items():
         columns = []
         for name, own in group.items():
-            alone = len(group) == 2 and name.lower() in SAYS_NOTHING and where
+            alone = len(group) == 2 and joined(name) in listed("values") and where
             unit = stated.get(f"{where}.{name}".strip("."), "" if is_time(name) else every)
             columns.append(_column(where.rpartition(".")[2] if alone else name, unit, own))
         tables += [RawTable.of(path, columns, f"{len(columns)} arrays of {size}", where)] if len(group) > 1 else []

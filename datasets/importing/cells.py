@@ -251,15 +251,15 @@ def _side_and_unit(letters: str, sides: Mapping[str, str]) -> tuple[str, str]:
 @cache
 def sides_of(name: str) -> dict[str, str]:
     """Letters at the numbers of a column of some name -> the side that they mean."""
-    groups = {side: dict.fromkeys(known, side) for side, known in word_groups("side_letters").items()}
     own = {*named(words(name)).may_be}
-    of_ship = {side: f"{side} of a rudder" for side in ("port", "starboard")}
-    earth = {letters: side for side in HEMISPHERES for letters in groups[side]}
-    ship = {letters: side for side in of_ship for letters in groups[side]}
+
+    def of(*sides: str) -> dict[str, str]:
+        return {letters: side.split()[0] for side in sides for letters in word_groups("side_letters")[side]}
+
+    earth, ship = of(*HEMISPHERES), of("port", "starboard")
     if own & ON_EARTH or (not own and re.search(r"\b(?:lat|lon)|n/s|e/w", name.lower())):
         return ship | earth
-    alone = {letters: side for side, key in of_ship.items() for letters in groups[key]} if own & TO_A_SIDE else {}
-    return earth | ship | alone
+    return earth | ship | (of("port of a rudder", "starboard of a rudder") if own & TO_A_SIDE else {})
 
 
 def angle_of(text: str) -> float:

@@ -65,7 +65,6 @@ REPEATED = 0.3
 """Share of rows with the text of the row before from which on it shows no seconds."""
 LEAST_SHOWN_S = 0.09
 """Least step of minutes and seconds, s; a hundredth of a minute is shown by smaller numbers."""
-FORM_OF_TEXTS: tuple[tuple[Form, re.Pattern[str]], ...] = (("clock", CLOCK), ("iso", ISO))
 NUMERIC_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-](\d{2,4})(.*)")
 NAMED_DATE = re.compile(r"\d{1,2}[- ][A-Za-z]{3}[- ]\d{2,4}.*")
 
@@ -99,11 +98,9 @@ def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
         return None
     if _all(TWO_PARTS, column):
         return _of_two_parts(texts, f"{column.name} {unit}".lower())
-    for form, pattern in FORM_OF_TEXTS:
+    for form, pattern in (("clock", CLOCK), ("iso", ISO), ("day first", NAMED_DATE)):
         if _all(pattern, column):
             return TimeGuess((form,), "form of the texts", True)
-    if _all(NAMED_DATE, column):
-        return TimeGuess(("day first",), "form of the texts", True)
     dates = [match for text in texts if (match := NUMERIC_DATE.fullmatch(text))]
     if len(dates) < len(texts) or column.texts is None:
         return None

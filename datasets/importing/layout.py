@@ -94,8 +94,8 @@ def is_data(cells: Sequence[str]) -> bool:
 
 def is_rule(cells: Sequence[str]) -> bool:
     """Whether a row is a drawn line, and no gaps."""
-    told = [cell.strip() for cell in cells if cell.strip()]
-    return bool(told) and all(map(RULE.fullmatch, told)) and not GAPS.issuperset(told)
+    drawn = all(RULE.fullmatch(cell.strip()) for cell in cells if cell.strip())
+    return drawn and not GAPS.issuperset(map(str.strip, cells))
 
 
 def find_layout(lines: Sequence[Line]) -> Layout | None:

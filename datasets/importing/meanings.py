@@ -246,8 +246,7 @@ def _stands(log: RawLog, found: ColumnFinding) -> bool:
     """Whether a position without a unit stays, far from 0, within a metre for minutes, if its numbers are metres."""
     series, known = log.series(found, raw=True), found.column.finite
     lasts = float(np.ptp(series.time[np.isfinite(series.time)])) if series is not None and known.size else 0.0
-    moved, far = (float(np.ptp(known)), abs(float(np.median(known)))) if known.size else (0.0, 0.0)
-    near = moved < STANDS and FAR_OFF * moved < far <= 180.0
+    near = known.size > 0 and _span(found) < STANDS and FAR_OFF * _span(found) < abs(float(np.median(known))) <= 180.0
     return near and lasts > STANDS_S and (found.unit is None or ON_EARTH in found.why)
 
 
@@ -293,18 +292,17 @@ def without_twins(log: RawLog) -> None:
 def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFinding:
     """The column of two of one quantity that is used; what becomes of the other one is put into the log."""
     told = difference(log, used, found)
-    spans = [float(np.ptp(n)) for n in (used.column.finite, found.column.finite) if n.size]
-    sizes = [f.unit.factor * f.factor for f in (used, found) if f.unit is not None]
-    spans = [span * size for span, size in zip(spans, sizes, strict=True)] if len(sizes) == len(spans) else spans
-    still = STILL if len(sizes) == 2 else 1e-12
-    stuck = len(spans) == 2 and min(spans) < still * max(spans) and used.quantity not in ("latitude", "longitude")
+    share = STILL if used.unit and found.unit else 0.0
+    one, two = (_span(f) * (f.unit.factor * f.factor if f.unit and share else 1.0) for f in (used, found))
+    still = max(one, two) > 0.0 and min(one, two) <= share * max(one, two)
+    stuck = still and used.quantity not in ("latitude", "longitude")
     chosen, why = used, ""
     if "quantity" in used.bounded and "quantity" not in found.bounded:
         why = f"{used.column.name} is used, as {used.why[-1]}"
     elif told is not None and told[0]:
         why = f"{told[1]}; that one is used"
     elif stuck:  # not whole degrees beside minutes
-        chosen, why = (found if spans[0] < spans[1] else used), "it stays as it is, another one moves"
+        chosen, why = (found if one < two else used), "it stays as it is, another one moves"
     elif told is None and found.column.known and used.column.known:
         why = f"{used.table.label} states the same, too short to be compared; it is used"
     elif found.questions and not used.questions:
@@ -324,6 +322,11 @@ def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFin
     other = used if chosen is found else found
     log.change(other, other.unused(why))
     return chosen
+
+
+def _span(found: ColumnFinding) -> float:
+    """How far the numbers of a column move; nan where there are none."""
+    return float(np.ptp(found.column.finite)) if found.column.finite.size else np.nan
 
 
 def difference(log: RawLog, one: ColumnFinding, other: ColumnFinding) -> tuple[bool, str] | None:

@@ -114,9 +114,8 @@ def _stamp(text: str) -> str:
     found = WORDED.fullmatch(text)
     if found is None or not (found["year"] or found["h"]):
         return text
-    date = (
-        f"{found['year']}-{int(found['month']):02d}-{int(found['day']):02d}" if found["year"] else found["date"] or ""
-    )
+    parts, date = found.groupdict(), found["date"] or ""
+    date = "{year}-{month:>02}-{day:>02}".format_map(parts) if found["year"] else date
     if not found["h"]:
         return date
     hour = int(found["h"]) % 12 + (12 if found["half"] in AFTER_NOON else 0) if found["half"] else int(found["h"])

@@ -14,7 +14,7 @@ from .draft import NOT_USED
 from .finding import WITH_SIDE, ColumnFinding, ask_numbers, ask_quantity, ask_scale, is_full_circle
 from .headers import PERCENT, ColumnHeader, read_header, sign_stated, west_or_south
 from .mapping import ColumnMap
-from .names import Named, named, words
+from .names import Named, listed, named, words
 from .quantities import RATE_OF, UNITS, is_unsigned, quantities, tidy, unit_of, vague_names, word_list
 from .raw import RawColumn, RawTable
 
@@ -26,8 +26,6 @@ PRIMED = re.compile(r"^[A-Za-z_]{1,6}['\u2032]\s*$")
 """A name with the mark of a nondimensional quantity: r', v'."""
 PREFIX = re.compile(r".*[./:]")
 """The group that a name begins with."""
-VALUE = ("value", "values", "data", "val", "signal", "reading")
-"""Names of a column that say nothing: that of its group does."""
 FEWEST_OF_RECORD = 4
 """Columns named as those of a record, from which on their signs are a record's."""
 OF_TIME = ("s", "sec", "seconds", "min", "h")
@@ -140,7 +138,7 @@ def _from_header(base: ColumnFinding) -> ColumnFinding:
 def _called(table: RawTable, column: RawColumn) -> str:
     """What a column is named by: its name, or, where it is only called `value` or `data`, its group, the one text
     that another column holds in every row, `Rudder Servo`, or the file."""
-    if column.called or re.split(r"[./:]", column.name)[-1].lower() not in VALUE:
+    if column.called or re.split(r"[./:]", column.name)[-1].lower() not in (*listed("values"), "signal"):
         return column.called or column.name
     group = table.label.rpartition("[")[2].rpartition("]")[0]
     texts = (c.texts.unique() for c in table.columns if c.texts is not None and not c.numeric)
