@@ -25,8 +25,9 @@ FEW, MANY, HALF = 0.02, 0.2, 0.5
 messages that may be left out: their checksums tell the bad ones from the others."""
 MOST_RUNS = 50
 """Runs of a table; a time that starts again more often is not sorted."""
-HOLE_S, HOLE_STEPS = 60.0, 60.0
-"""Seconds, and median steps, without rows from which on it is told."""
+HOLE_S, HOLE_STEPS, LATE_STEPS = 60.0, 60.0, 5.0
+"""Seconds, and median steps, without rows from which on it is told; how much longer than nearly all steps one is that
+is told, too."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,8 @@ def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[li
     for stream in streams:  # the longest time without rows, where it is that of many
         steps = np.diff(stream.time)
         k = int(np.argmax(steps))
-        if steps[k] > max(HOLE_S, HOLE_STEPS * float(np.median(steps))):
+        long = min(max(HOLE_S, HOLE_STEPS * np.median(steps)), LATE_STEPS * np.quantile(steps, 0.99))
+        if steps[k] > long:
             said, row = f"no row for {steps[k]:.4g} s before this one", int(table.rows[stream.kept[k + 1]])
             faults.append(FileFault(table.label, said, hint, row))
     return streams, faults

@@ -226,3 +226,10 @@ def test_objects_in_a_list_and_a_page_of_html(tmp_path):
     (tmp_path / "log.xls").write_text("<html><table><tr><td>1</td></tr></table></html>", "utf-8")
     with pytest.raises(helmbench.BadInput, match="a page of HTML"):
         helmbench.draft_import([tmp_path / "log.xls"])
+
+
+def test_a_clock_that_jumps_within_even_steps_is_told(tmp_path):
+    times = plain(TIME + 7.0 * (TIME > 100.0))
+    path = write(tmp_path, "time [s];heading [deg];rudder [deg]", times, plain(HEADING), plain(RUDDER))
+    (fault,) = helmbench.import_log([path], positive_rudder="starboard").report.faults
+    assert "no row for 8 s before this one" in fault.message
