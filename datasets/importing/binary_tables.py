@@ -46,10 +46,9 @@ def read_excel(data: bytes, path: Path) -> list[RawTable]:
             parts = read_parts(text, path, lambda part: read_text(part, "", path))
             tables += [replace(part, sheet=sheet.title, done=part.done[1:]) for part in parts]
         except BadInput as error:
-            notes.append(f"sheet {sheet.title} is not used: {error.message}")
-    sheets = ", ".join(sheet.title for sheet in book.worksheets)
-    found = usable(tables, path, "no sheet holds rows of numbers", f"sheets: {sheets}")
-    return [replace(found[0], done=(*notes, *found[0].done)), *found[1:]]
+            notes.append(f"{sheet.title}: {error.message}")
+    found = usable(tables, path, "no sheet holds rows of numbers", f"sheets: {'; '.join(notes)}")
+    return [replace(found[0], done=(*(f"sheet {note}, not used" for note in notes), *found[0].done)), *found[1:]]
 
 
 def _cell(value: Any) -> str:

@@ -226,7 +226,7 @@ def _is_hhmmss(known: np.ndarray) -> bool:
     sound = np.all((whole % 100 < 60) & (whole // 100 % 100 < 60))
     steps, full = np.diff(_from_hhmmss(known)), np.diff(whole // 100) > 0
     usual = float(np.median(steps[~full])) if not full.all() else 0.0
-    return bool(sound and full.any() and np.all((steps[full] > 0.0) & (steps[full] < MOST_STEPS * usual)))
+    return bool(sound and full.any() and np.mean((steps[full] > 0.0) & (steps[full] < MOST_STEPS * usual)) > 0.5)
 
 
 def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
@@ -249,6 +249,9 @@ def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
             size = 1e-9 if own.startswith("n") else 1e-6 if own.startswith(("micro", "us")) else 1e-3
             found = found + size * np.nan_to_num(column.numbers)
         return found
+    if form == "year and day":
+        year, day = (column.numbers for column in columns)
+        return DAY * (days_since_1970(np.nan_to_num(year, nan=1970.0), np.ones(day.size), day))
     if form == "gps week":
         week, second = (column.numbers for column in columns)
         second = second * (1e-3 if np.nanmax(second, initial=0.0) > WEEK_S else 1.0)

@@ -213,7 +213,7 @@ def _axis(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     other = _other_axis(log, found)
     if other is None:
         return found
-    if frame := frame_stated(found.table):
+    if frame := frame_stated(found.table.notes):
         quantity = found.may_be[1 if frame == "enu" else 0]
         decided = _decided(found, quantity, f"the file states axes {frame.upper()}", "stated")
         return replace(decided, sign=-1) if (frame, quantity) == ("nwu", "east") else decided

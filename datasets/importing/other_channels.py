@@ -367,7 +367,7 @@ def sign_by_channel(log: RawLog, found: ColumnFinding) -> ColumnFinding:
 
 
 def _heading(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    frame = frame_stated(found.table)
+    frame = frame_stated(found.table.notes)
     if frame and found.unit is not None:
         quarter = round(QUARTER / found.unit.factor, 9)
         turned = {"enu": {"sign": -1, "offset": quarter}, "nwu": {"sign": -1}}.get(frame, {})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from .finding import WITH_SIDE, ColumnFinding, ask_numbers, ask_quantity, ask_sc
 from .headers import PERCENT, ColumnHeader, read_header, sign_stated, west_or_south
 from .mapping import ColumnMap
 from .names import Named, listed, named, words
-from .quantities import RATE_OF, UNITS, is_unsigned, quantities, tidy, unit_of, vague_names, word_list
+from .quantities import RATE_OF, UNITS, is_unsigned, quantities, tidy, unit_of, vague_names, vocabulary, word_list
 from .raw import RawColumn, RawTable
 
 NAMELESS = re.compile(r"column \d+")
@@ -234,13 +235,6 @@ OPPOSITE = frozenset({"west", "westing", "south", "southing"})
 """Words of a position that counts to the west or to the south."""
 TURNS = re.compile(r"\bccw\b|counter-?\s?clockwise|anti-?\s?clockwise")
 """What says that an angle counts as in mathematics."""
-FRAME = re.compile(r"\b(?:coordinate|reference|frame|axes|orientation)\b[^\n]{0,30}?\b(enu|ned)\b", re.IGNORECASE)
-"""A line that states to where the axes of a file point: `Coordinate system: ENU`."""
-TO_PORT = re.compile(r"\bx\b.{0,20}\b(?:ahead|forward|fwd|bow)\b.{0,20}\by\b.{0,12}\b(port|starboard)\b", re.IGNORECASE)
-AXES = re.compile(r"\bax[ei]s\b.*\bz(?:[^\w\n]|\b(?:axis|is|points?|pointing|positive)\b)+(up|down)", re.IGNORECASE)
-"""Lines that state to where the axes of a ship point, of which x points forward: y, or z."""
-OF_AXES = {"up": "nwu", "down": "ned", "port": "nwu", "starboard": "ned"}
-"""To where all axes point: north or forward, west or port, up; north or forward, east or starboard, down."""
 EAST = re.compile(r"(?<![a-z])(?:east|math[a-z]*|enu|ned)(?![a-z])", re.IGNORECASE)
 """What a header says of a heading that does not count from north."""
 
@@ -259,9 +253,8 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
         why = "angles count round the full circle: those beyond a half turn are the other side"
         found = replace(found, why=(*found.why, why)) if is_full_circle(found) else found
         return replace(found, signed=quantity == "rudder", side=positive)
-    frame = frame_stated(found.table)
-    if not positive and frame in OF_AXES.values() and quantity in ("yaw_rate", "sway"):
-        positive = "port" if frame == "nwu" else "starboard"
+    if quantity in ("yaw_rate", "sway"):
+        positive = positive or {"nwu": "port", "ned": "starboard"}.get(frame_stated(found.table.notes), "")
     if positive and quantity in ("yaw_rate", "sway", "roll", "roll_rate"):
         sign = 1 if positive == "starboard" else -1
         return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
@@ -285,7 +278,7 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
 
 def _with_sense(found: ColumnFinding) -> ColumnFinding:
     """A heading with the way that it counts, where its name or what is said of it states that."""
-    frame = frame_stated(found.table)
+    frame = frame_stated(found.table.notes)
     text = " ".join((_called(found.table, found.column), *found.column.said, frame)).lower().replace("_", " ")
     turns = TURNS.search(text)
     if turns and re.search(r"\bnorth\b", text) and not re.search(r"\beast\b", text):
@@ -299,12 +292,14 @@ def _with_sense(found: ColumnFinding) -> ColumnFinding:
     return found
 
 
-def frame_stated(table: RawTable) -> str:
-    """The frame of all axes, `enu`, `ned` or `nwu`, that a line above the table states; '' where none does."""
-    stated = {match[1].lower() for note in table.notes for match in FRAME.finditer(note)}
-    found = (match for note in table.notes for form in (AXES, TO_PORT) for match in form.finditer(note))
-    stated = stated or {OF_AXES[match[1].lower()] for match in found}
-    return stated.pop() if len(stated) == 1 else ""
+@lru_cache(maxsize=64)
+def frame_stated(notes: tuple[str, ...]) -> str:
+    """The frame of all axes, `enu`, `ned` or `nwu`, that one of the lines above a table states; '' where none does."""
+    for level in vocabulary()["frames"]:
+        stated = {frame for frame, line in level.items() if any(re.search(line, note, re.I) for note in notes)}
+        if stated:
+            return stated.pop() if len(stated) == 1 else ""
+    return ""
 
 
 def goes_ahead(found: ColumnFinding) -> bool:

@@ -210,6 +210,10 @@ def _parts(table: RawTable) -> TableTime | None:
         wanted = (*(date if form == "date parts" else ()), *clock, *(("fraction",) if "fraction" in held else ()))
         names = tuple(held[part].name for part in wanted)
         return TableTime(names, form, form, why=f"columns {', '.join(names)}")
+    days = held.get("day of year")
+    if days is not None and "year" in held and np.any(days.finite % 1.0):
+        names = (held["year"].name, days.name)
+        return TableTime(names, "year and day", "year and day", why=f"columns {', '.join(names)}")
     called = (c for c in table.columns if joined(c.name) in listed("week"))
     week = next((c for c in called if c.numeric and _whole(c.numbers)), None)
     place = table.columns.index(week) if week is not None else 0

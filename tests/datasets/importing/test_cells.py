@@ -233,3 +233,13 @@ def test_a_clock_that_jumps_within_even_steps_is_told(tmp_path):
     path = write(tmp_path, "time [s];heading [deg];rudder [deg]", times, plain(HEADING), plain(RUDDER))
     (fault,) = helmbench.import_log([path], positive_rudder="starboard").report.faults
     assert "no row for 8 s before this one" in fault.message
+
+
+def test_a_year_and_the_day_of_it(tmp_path):
+    days = [f"{73.0 + t / 86400.0:.8f}" for t in TIME]
+    path = write(
+        tmp_path, "Year;DayOfYear;heading [deg];rudder [deg]", ["2026"] * N, days, plain(HEADING), plain(RUDDER)
+    )
+    found = record(path)
+    assert_allclose(found.time_s, TIME, atol=2e-3)
+    assert found.meta.extra["start_of_unknown_zone"].startswith("2026-03-14T00:00:00")
