@@ -257,12 +257,11 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: RawLog, ans
         said = "no column is a heading, a yaw rate or a position, or could be one: nothing tells how the ship turns"
         faults.append(FileFault(tables[0].label, said, "give the log of the gyro or of the GPS", fatal=True))
     faults += [fault for f in log.findings if (fault := _against_velocity(log, f)) is not None]
+    unread = [f for f in log.findings if f.why == NO_NUMBERS and steering.is_called_rudder(f)]
     if steering.is_unsteered({quantity for f in log.findings for quantity in f.may_be}):
         hint = "write them as numbers; or leave the column out in a map, where there is to be no rudder"
-        faults += [
-            FileFault(f.table.label, f"no number: {f.column.first(1)[0]!r}", hint, column=f.column.name, fatal=True)
-            for f in log.findings if f.why == NO_NUMBERS and steering.is_called_rudder(f)
-        ]  # fmt: skip
+        texts = [(f, f"no number: {f.column.first(1)[0]!r}") for f in unread]
+        faults += [FileFault(f.table.label, text, hint, None, f.column.name, True) for f, text in texts]
     questions = asked_once(tables, [*questions, *(steering_asked or ())] if not faults else questions)
     if faults and not entries:
         faults = [replace(fault, fatal=True) for fault in faults]

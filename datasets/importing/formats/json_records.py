@@ -241,8 +241,9 @@ def tables_of_deltas(found: Sequence[Row], path: Path) -> list[RawTable]:
     deltas = [(line, message, str(message.get("context", ""))) for line, message in found if is_delta(message)]
     hellos = {str(message["self"]) for _, message in found if isinstance(message.get("self"), str)}
     own = {"", "vessels.self", *hellos, *(f"vessels.{name}" for name in hellos)}
-    if any(context in own for *_, context in deltas):
-        deltas = [(line, message, "") for line, message, context in deltas if context in own]
+    vessels = {context for *_, context in deltas}
+    if mine := vessels & own or (vessels if len(vessels) == 1 else set()):
+        deltas = [(line, message, "") for line, message, context in deltas if context in mine]
     series: dict[tuple[str, str], list[tuple[int, str, float, str]]] = defaultdict(list)
     for line, message, context in deltas:
         for time, source, name, number in values_of(message, str(message.get("timestamp", ""))):
