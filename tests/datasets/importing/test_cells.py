@@ -137,7 +137,8 @@ def test_the_indicator_of_ais_is_no_rate(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("header", "ahead"), [("Time (UTC+2)", 2.0), ("Zeit (MESZ)", 2.0), ("time [GMT-3:30]", -3.5), ("time UTC", 0.0)]
+    ("header", "ahead"),
+    [("Time (UTC+2)", 2.0), ("Zeit (MESZ)", 2.0), ("time [GMT-3:30]", -3.5), ("UTC+5.5", 5.5), ("time UTC", 0.0)],
 )
 def test_a_zone_in_the_header_is_taken_off(tmp_path, header, ahead):
     times = [f"2026-07-14 10:{int(t) // 60:02}:{int(t) % 60:02}" for t in TIME]
