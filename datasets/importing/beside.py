@@ -14,7 +14,7 @@ from ...models.data_file import load
 from ...models.errors import BadInput
 from ..columns import ACCEPTED, QUANTITIES
 from ..sidecar_file import SidecarFile
-from .cells import GAPS, Texts, side_of
+from .cells import GAPS, Texts, sides_of
 from .headers import read_header
 from .names import joined, named, words
 from .quantities import UNITS, quantities, tidy, unit_of, word_groups
@@ -28,8 +28,10 @@ SENTENCE, FEWEST_UNITS = re.compile(r"\bin\s+([A-Za-z°/]+(?:\s+per\s+[a-z]+)?)"
 ANGLE = r"\d[\d.,°\s:'\"\u2032\u2033-]*"
 PLACE = re.compile(
     rf"(?P<lat>{ANGLE}[NSns])[\s,;/]*(?P<lon>{ANGLE}[EWew])|(?P<north>[NSns]\s*{ANGLE})[\s,;/]*(?P<east>[EWew]\s*{ANGLE})"
+    r"|POINT\s*Z?\s*\((?P<x>-?[\d.]+)\s+(?P<y>-?[\d.]+)[^)]*\)"
 )
-"""A latitude and a longitude in one cell, the letters behind them or before them."""
+"""A latitude and a longitude in one cell, the letters behind them or before them; or a point, as databases write
+it."""
 DEGREES, MINUTES = frozenset({"deg", "degrees", "°", "grad"}), frozenset({"min", "minutes", "'", "minuten"})
 """Units of the two parts of an angle."""
 MOST_WORDS = 16
@@ -84,8 +86,8 @@ def with_places(columns: Sequence[RawColumn]) -> list[RawColumn]:
             out.append(column)
             continue
         places = [PLACE.fullmatch(text.strip()) for text in column.texts]
-        for name, behind, before in (("latitude", "lat", "north"), ("longitude", "lon", "east")):
-            own = Texts((match[behind] or match[before]).strip() if match else "" for match in places)
+        for name, *keys in (("latitude", "lat", "north", "y"), ("longitude", "lon", "east", "x")):
+            own = Texts(next(match[k] for k in keys if match[k]).strip() if match else "" for match in places)
             out.append(replace(column, name=f"{column.name} {name}", called=name, unit="", values=own))
     return out
 
@@ -100,13 +102,9 @@ def with_minutes(columns: Sequence[RawColumn]) -> list[RawColumn]:
         degrees, rest = whole.numbers, minutes.numbers
         in_full = np.array_equal(degrees, np.round(degrees), equal_nan=True)
         if in_full and 0.0 <= np.nanmin(rest) <= np.nanmax(rest) < 60:
-            signed, letters = degrees + np.copysign(rest / 60.0, degrees), out[i + 1] if i + 1 < len(out) else None
-            texts = letters.texts if letters is not None and not letters.known else None
-            if texts is not None and _sides(texts, whole):
-                south_west = [side_of(text.lower(), whole.name) in ("south", "west") for text in texts.trimmed_texts()]
-                signed = np.where(south_west, -1.0, 1.0) * np.abs(signed)
-            out[i - 1] = replace(whole, values=signed)
-            out[i] = replace(minutes, known="not used", source=f"the minutes of column {whole.name}, added to it")
+            signed = Texts(f"{number:.9f}" for number in (degrees + np.copysign(rest / 60.0, degrees)).tolist())
+            minutes = replace(minutes, known="not used", source=f"the minutes of column {whole.name}, added to it")
+            out[i - 1 : i + 1] = [minutes, replace(whole, values=signed)]  # before the letters of a hemisphere
     return out
 
 
@@ -166,7 +164,7 @@ def _sides(letters: Texts, before: RawColumn) -> bool:
 
     def may_be(texts: Sequence[str]) -> bool:
         kinds = {text.strip().lower() for text in texts} - GAPS
-        return len(kinds) <= 3 and all(side_of(kind, before.name) for kind in kinds)
+        return len(kinds) <= 3 and kinds <= sides_of(before.name).keys()
 
     return may_be(letters[:FEW]) and may_be(kinds := letters.unique()) and not GAPS.issuperset(map(str.lower, kinds))
 

@@ -15,9 +15,11 @@ import numpy as np
 
 from ...models.errors import BadInput
 from ...models.extras import extras_told
-from .layout import Line, blocks_of, table_of
+from .layout import read_parts
 from .moments import moment
+from .names import is_time, joined, listed
 from .raw import RawColumn, RawTable, usable
+from .text import read_text
 
 SINCE = re.compile(r"(?P<unit>[a-z]+) since (?P<start>\d.*)", re.IGNORECASE)
 """The unit of a time with its start (Climate and Forecast conventions 1.11, section 4.4)."""
@@ -26,6 +28,8 @@ SECONDS = {"days": 86400.0, "day": 86400.0, "hours": 3600.0, "hour": 3600.0, "mi
 FEWEST = 10
 """Samples below which an array of a MAT file is no time series."""
 UNIT_FIELDS = ("units", "unit", "einheiten")
+OF_ALL = re.compile(r"\bSI\b")
+"""What states the units of all arrays of a file."""
 
 
 def read_excel(data: bytes, path: Path) -> list[RawTable]:
@@ -33,24 +37,18 @@ def read_excel(data: bytes, path: Path) -> list[RawTable]:
     import openpyxl
 
     book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-    tables: list[tuple[str, RawTable | None]] = []
+    tables, notes = list[RawTable](), list[str]()
     for sheet in book.worksheets:
-        name, lines = sheet.title, []
         rows = [tuple(map(_cell, row)) for row in sheet.iter_rows(values_only=True)]
         used = max((i + 1 for row in rows for i, cell in enumerate(row) if cell), default=0)
-        for number, row in enumerate(rows, start=1):
-            if any(row):
-                cells = (row[0].lstrip("#%/ "), *row[1:used])
-                lines.append(Line(number, cells, row[0].startswith(("#", "%", "//"))))
-        blocks = blocks_of(lines) if lines else []
-        tables += [(name, table_of(block, block, path.name, name)) for block in blocks]
-    empty = [name for name, table in tables if table is None]
-    hint = f"sheets: {', '.join(sheet.title for sheet in book.worksheets)}"
-    found = usable([t for _, t in tables], path, "no sheet holds rows of numbers", hint)
-    if empty:
-        note = f"sheet {', '.join(empty)}: no rows of numbers, not used"
-        found[0] = replace(found[0], done=(note, *found[0].done))
-    return found
+        text = "\n".join("\t".join(row[:used]) for row in rows)
+        try:
+            parts = read_parts(text, path, lambda part: read_text(part, "", path))
+            tables += [replace(part, sheet=sheet.title, done=part.done[1:]) for part in parts]
+        except BadInput as error:
+            notes.append(f"{sheet.title}: {error.message}")
+    found = usable(tables, path, "no sheet holds rows of numbers", f"sheets: {'; '.join(notes)}")
+    return [replace(found[0], done=(*(f"sheet {note}, not used" for note in notes), *found[0].done)), *found[1:]]
 
 
 def _cell(value: Any) -> str:
@@ -58,7 +56,7 @@ def _cell(value: Any) -> str:
         return ""
     if isinstance(value, datetime.datetime | datetime.time):
         return value.isoformat(sep=" ") if isinstance(value, datetime.datetime) else value.isoformat()
-    return repr(value) if isinstance(value, float) else str(value).strip()
+    return repr(value) if isinstance(value, float) else " ".join(str(value).replace('"', "'").split())
 
 
 def read_mat(data: bytes, path: Path) -> list[RawTable]:
@@ -115,9 +113,13 @@ def _tables_of(content: Mapping[str, Any], units: dict[str, str], path: Path) ->
         for place in {where} | (below if len(below) == 1 else set()):
             stated |= {f"{place}.{name}".strip("."): unit for name, unit in own.items()}
     stated |= units
-    tables = []
+    tables, every = [], "SI" if "*" in told else ""
     for (where, size), group in groups.items():
-        columns = [_column(name, stated.get(f"{where}.{name}".strip("."), ""), own) for name, own in group.items()]
+        columns = []
+        for name, own in group.items():
+            alone = len(group) == 2 and joined(name) in listed("values") and where
+            unit = stated.get(f"{where}.{name}".strip("."), "" if is_time(name) else every)
+            columns.append(_column(where.rpartition(".")[2] if alone else name, unit, own))
         tables += [RawTable.of(path, columns, f"{len(columns)} arrays of {size}", where)] if len(group) > 1 else []
     hint = "series must be numeric arrays of equal length; timeseries objects cannot be read outside MATLAB"
     return usable(tables, path, "no numeric arrays of equal length found", hint)
@@ -134,6 +136,8 @@ def _collect(content: Mapping[str, Any], where: str, groups: Any, units: dict[st
                 value = _simulink(value) if {"time", "signals"} <= set(value) else value
                 _collect(value, f"{where}.{name}".strip("."), groups, units)
             continue
+        if name.lower() in UNIT_FIELDS and isinstance(value, str) and OF_ALL.search(value):
+            units["*"] = {}
         array = np.asarray(value)
         if array.dtype.kind not in "fiub" or array.size < FEWEST or array.ndim > 2:
             continue

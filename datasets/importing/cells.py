@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.dtypes import StringDType
 
 from ...models.number_texts import DECIMAL
 from ..arrow_csv import arrow_mask, arrow_texts, compute, mask_of_arrow, numbers_of_arrow
+from .names import named, words
 from .quantities import TIME_WORDS, tidy, unit_of, word_groups, word_list
 
 Style: TypeAlias = Literal["point", "comma", "open"]
@@ -40,8 +41,17 @@ ONE_COMMA = re.compile(r"[+-]?(\d*,(\d{1,2}|\d{4,})|(0|\d{4,}|[1-9]\d{0,2}),\d+)
 """Numbers with a decimal comma and no sign of thousands: some of what `COMMA_SURE` and `EITHER` take."""
 EITHER = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
 DECORATED = re.compile(r"(?P<before>[^\d+\-.,]*+)(?P<number>[+-]?[\d.,]++(?:[eE][+-]?\d++)?)(?P<after>[^\d]*+)")
-SIDES = {letters: side for side, known in word_groups("side_letters").items() for letters in known}
-"""Letters at a number -> the side that they mean; of latitudes and longitudes s is south."""
+ANGLE = re.compile(
+    r"(?P<before>[^\d+-]*)(?P<sign>[+-]?)(?P<degrees>\d{1,3})[°\s:-]\s*(?P<minutes>\d{1,2}(?:[.,]\d+)?)['\u2032\s:]?\s*"
+    r"(?P<seconds>\d{1,2}(?:[.,]\d+)?)?[\"\u2033]?(?P<after>[^\d]*)"
+)
+"""Degrees, minutes and perhaps seconds with the letters of a hemisphere: 54°12.345'N, 54 12 20 N, 095-00.01W."""
+HEMISPHERES = ("north", "south", "east", "west")
+ON_EARTH = {"latitude", "longitude", "magnetic_variation", "magnetic_deviation"}
+TO_A_SIDE = {"rudder", "rudder_command", "yaw_rate", "sway", "roll", "roll_rate"}
+"""Quantities that count to the sides of the earth, and to those of the ship."""
+OF_A_SIDE = ("angle", "angular rate", "speed")
+"""Dimensions of what counts to a side."""
 SENTINELS = frozenset(
     [float(f"{'9' * whole}.{'9' * digits}" if digits else "9" * whole) for whole in range(3, 8) for digits in range(4)]
     + [32767.0, 32768.0, 65535.0, 2147483647.0, 2147483648.0, 1e10, 1e20, 1e30]
@@ -205,31 +215,63 @@ def decorated(texts: Texts, name: str, style: Style) -> Decorated | None:
     fits = np.array([match is not None for match in matches])
     if not told.any() or counts[told & fits].sum() < 0.9 * counts[told].sum():
         return None
-    letters = [_letters(match) for match in matches]
-    kinds = {kind for kind, t in zip(letters, told, strict=True) if t and kind}
-    sides = {kind: side for kind in kinds if (side := side_of(kind, name))}
-    units = {kind for kind in kinds if kind not in sides}
+    letters = [_letters(match) if match else "" for match in matches]
+    kinds, sides = {kind for kind, t in zip(letters, told, strict=True) if t and kind}, sides_of(name)
+    parts = {kind: _side_and_unit(kind, sides) for kind in kinds}
+    units = {unit for _, unit in parts.values() if unit}
     if (
         len(units) > 1
         or not kinds
-        or any(unit_of(kind) is None and kind != "%" and tidy(kind) not in TIME_WORDS for kind in units)
+        or any(unit_of(unit) is None and unit != "%" and tidy(unit) not in TIME_WORDS for unit in units)
     ):
         return None
     plain = numbers_of(Texts([match["number"] if match else "" for match in matches]), style)
-    signs = np.array([-1.0 if sides.get(kind) and sides[kind] not in POSITIVE_SIDES else 1.0 for kind in letters])
-    positive = "" if not sides else "east" if set(sides.values()) <= {"north", "south", "east", "west"} else "starboard"
+    stated = {side for side, _ in parts.values() if side}
+    other = {kind for kind, (side, _) in parts.items() if side and side not in POSITIVE_SIDES}
+    signs = np.where([kind in other for kind in letters], -1.0, 1.0)
+    positive = "" if not stated else "east" if stated <= {*HEMISPHERES} else "starboard"
     return Decorated((plain * signs)[codes], units.pop() if units else "", positive)
 
 
-def _letters(match: re.Match[str] | None) -> str:
-    return f"{match['before'].rstrip()}{match['after'].lstrip()}".strip().strip(".").lower() if match else ""
+def _letters(match: re.Match[str]) -> str:
+    return f"{match['after'].strip()} {match['before'].strip()}".strip(" .").lower()
 
 
-def side_of(letters: str, name: str) -> str:
-    """The side that letters at a number mean; '' where they are no side."""
-    side = SIDES.get(letters, "")
-    place = re.search(r"lat|breite|bredde|緯度|纬度|n/s", name.lower())
-    return ("south" if letters == "s" and place else side) if side else ""
+def _side_and_unit(letters: str, sides: Mapping[str, str]) -> tuple[str, str]:
+    """(side, unit) of letters at a number, such as `p`, `kn`, `°p` and `deg/min s`; '' for what is not among them."""
+    if letters in sides:
+        return sides[letters], ""
+    for i in range(1, len(letters)):
+        unit, side = letters[:i].strip(), letters[i:].strip()
+        if side in sides and not letters[i - 1 : i + 1].isalpha() and any(unit_of(unit, kind) for kind in OF_A_SIDE):
+            return sides[side], unit
+    return "", letters
+
+
+@cache
+def sides_of(name: str) -> dict[str, str]:
+    """Letters at the numbers of a column of some name -> the side that they mean."""
+    own = {*named(words(name)).may_be}
+
+    def of(*sides: str) -> dict[str, str]:
+        return {letters: side.split()[0] for side in sides for letters in word_groups("side_letters")[side]}
+
+    earth, ship = of(*HEMISPHERES), of("port", "starboard")
+    if own & ON_EARTH or (not own and re.search(r"\b(?:lat|lon)|n/s|e/w", name.lower())):
+        return ship | earth
+    return earth | ship | (of("port of a rudder", "starboard of a rudder") if own & TO_A_SIDE else {})
+
+
+def angle_of(text: str) -> float:
+    """Degrees, positive to north and east, of degrees and minutes with the letter of a hemisphere; nan for another
+    text."""
+    match = ANGLE.fullmatch(text.strip())
+    side = sides_of("latitude").get(letters, "") if match and (letters := _letters(match)) else "north"
+    if match is None or side not in HEMISPHERES:
+        return np.nan
+    degrees, minutes, rest = (float((match[k] or "0").replace(",", ".")) for k in ("degrees", "minutes", "seconds"))
+    sign = 1.0 if side in POSITIVE_SIDES and match["sign"] != "-" else -1.0
+    return sign * (degrees + minutes / 60.0 + rest / 3600.0)
 
 
 # ---- Columns of texts, millions of cells in the memory of a file: stored as one array of numpy's variable-width

@@ -154,7 +154,9 @@ def _called(tables: Sequence[RawTable], groups: Dict[str, Groups], name: str) ->
 def _without_unknown(table: RawTable) -> RawTable:
     """A table with gaps where AIS says 'not available'; of other tables headings of 511 deg among those to 360."""
     ais = any("mmsi" in words(column.name) for column in table.columns)
-    table = table.told(_with_unit_of_ais, "of AIS: speeds in knots, angles in degrees") if ais else table
+    if ais:
+        indicators = [f"{c.name}: AIS's indicator, made deg/min" for c in table.columns if _is_indicator(c)]
+        table = table.told(_with_unit_of_ais, "of AIS: speeds in knots, angles in degrees", *indicators)
     unknown = {column.name: places for column in table.columns if (places := _unknown(column, ais)).any()}
     if not unknown:
         return table
@@ -169,11 +171,29 @@ def _without_unknown(table: RawTable) -> RawTable:
 def _with_unit_of_ais(column: RawColumn) -> RawColumn:
     """A column of a table of AIS with the unit that the messages have, where the file states none."""
     may_be = _may_be(column)
+    if _is_indicator(column):
+        rates = np.sign(column.numbers) * (column.numbers / PER_ROOT) ** 2
+        return replace(column, values=np.where(np.abs(column.numbers) < INDICATORS, rates, np.nan), unit="deg/min")
     if column.unit or column.known or read_header(column.name, "").units:
         return column
     if "speed_over_ground" in may_be and column.numeric and not np.any(np.nan_to_num(column.numbers) % 1.0):
         return column  # whole numbers: knots, or tenths of them as the messages hold
     return replace(column, unit=next((unit for q in may_be if (unit := quantities()[q].unit_of_ais)), ""))
+
+
+PER_ROOT, INDICATORS = 4.733, 127
+"""AIS's indicator of the rate of turn over the root of deg/min, and the size from which on it tells no rate (ITU-R
+M.1371)."""
+
+
+def _is_indicator(column: RawColumn) -> bool:
+    """Whether a column of AIS holds that indicator: whole numbers, and not those of decoded rates in whole deg/min."""
+    if "yaw_rate" not in _may_be(column) or column.unit or column.known or not column.numeric:
+        return False
+    sizes, decoded = np.abs(column.finite), (np.arange(INDICATORS) / PER_ROOT) ** 2
+    able = sizes[sizes < INDICATORS]
+    whole = not np.any(able % 1.0) and float(sizes.max()) <= INDICATORS + 1
+    return whole and not any(np.isin(able, made(decoded)).all() for made in (np.round, np.floor))
 
 
 def _unknown(column: RawColumn, ais: bool) -> np.ndarray:

@@ -45,6 +45,7 @@ COUNTED = ("seconds", "tenths of seconds", "hundredths of seconds", "millisecond
            "minutes", "hours")  # fmt: skip
 """Forms that count from any moment on."""
 DAY, HOUR = 86400.0, 3600.0
+DIGITS = ("yyyymmdd", "ddmmyy", "yymmdd")
 COUNTERS = (2.0**16, 2.0**32)
 """Numbers at which a counter of 16 or 32 bits begins again."""
 MOST_STEPS = 3.0
@@ -57,11 +58,13 @@ CLOCK = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?))?\s*([AaPp][Mm])?
 ISO = re.compile(r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}([T ].*|-\d{1,2}:\d{2}:.*)?|\d{8}[T ]\d{4,6}.*")
 COMPACT = re.compile(r"(?:19|20)\d{2}(?:0[1-9]|1[0-2])(?:0[1-9]|[12]\d|3[01])(?:[01]\d|2[0-3])(?:[0-5]\d){2}(?:\.\d+)?")
 """Date and time of day of fourteen digits: 20240503080000.1."""
-MINUTES = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)")
-"""Minutes and seconds, which decimals tell from hours and minutes."""
+TWO_PARTS = re.compile(r"(\d{1,3}):([0-5]\d(?:[.,]\d+)?)")
+"""Hours and minutes, or minutes and seconds."""
+DECIMALS, OF_MINUTES = re.compile(r"[.,]"), re.compile(r"(?<!:)\b(?:mm?:ss?|min\w*[:/]s\w*)\b")
+REPEATED = 0.3
+"""Share of rows with the text of the row before from which on it shows no seconds."""
 LEAST_SHOWN_S = 0.09
 """Least step of minutes and seconds, s; a hundredth of a minute is shown by smaller numbers."""
-FORM_OF_TEXTS: tuple[tuple[Form, re.Pattern[str]], ...] = (("clock", CLOCK), ("clock", MINUTES), ("iso", ISO))
 NUMERIC_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-](\d{2,4})(.*)")
 NAMED_DATE = re.compile(r"\d{1,2}[- ][A-Za-z]{3}[- ]\d{2,4}.*")
 
@@ -93,14 +96,11 @@ def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
     texts = column.first(200)
     if not texts:
         return None
-    steps = np.abs(np.diff([_clock(text) for text in texts]))
-    # decimals behind a colon are of seconds where they go in usual steps, not of the minutes of an hour
-    in_seconds = bool(np.any(steps > 0.0)) and float(np.median(steps[steps > 0.0])) > LEAST_SHOWN_S
-    for form, pattern in FORM_OF_TEXTS:
-        if _all(pattern, column) and (pattern is not MINUTES or in_seconds):
+    if _all(TWO_PARTS, column):
+        return _of_two_parts(texts, f"{column.name} {unit}".lower())
+    for form, pattern in (("clock", CLOCK), ("iso", ISO), ("day first", NAMED_DATE)):
+        if _all(pattern, column):
             return TimeGuess((form,), "form of the texts", True)
-    if _all(NAMED_DATE, column):
-        return TimeGuess(("day first",), "form of the texts", True)
     dates = [match for text in texts if (match := NUMERIC_DATE.fullmatch(text))]
     if len(dates) < len(texts) or column.texts is None:
         return None
@@ -116,6 +116,23 @@ def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
         why = "the day changes at midnight, the month does not"
         return TimeGuess(("day first" if len(firsts) > 1 else "month first",), why, True)
     return TimeGuess(("day first", "month first"), "day and month could be exchanged")
+
+
+def _of_two_parts(texts: Sequence[str], header: str) -> TimeGuess | None:
+    """The form of a clock of two parts: as the header says; hours and minutes where rows repeat it; minutes and seconds
+    where the first part is no hour, or it begins at zero, or has decimals that go in usual steps; else either."""
+    steps = np.abs(np.diff([_of_minutes(text) for text in texts]))
+    if any(map(DECIMALS.search, texts)):
+        usual = np.any(steps > 0.0) and float(np.median(steps[steps > 0.0])) > LEAST_SHOWN_S
+        return TimeGuess(("mm:ss",), "form of the texts", True) if usual else None
+    if OF_MINUTES.search(header):
+        return TimeGuess(("mm:ss",), "the header says it", True)
+    if not steps.size or float(np.mean(steps == 0.0)) > REPEATED or "hh:mm" in header:
+        return TimeGuess(("clock",), "form of the texts", True)
+    minutes = [int(text.partition(":")[0]) for text in texts]
+    if max(minutes) > 23 or not _clock(texts[0]):
+        return TimeGuess(("mm:ss",), "another minute in every row is none of a manoeuvre")
+    return TimeGuess(("mm:ss", "clock"), "hours and minutes, or minutes and seconds")
 
 
 def _all(pattern: re.Pattern[str], column: RawColumn) -> bool:
@@ -201,13 +218,15 @@ def _is_round(step: float) -> bool:
 
 
 def _is_hhmmss(known: np.ndarray) -> bool:
-    """Whether numbers are clock times such as 235959.5: minutes and seconds below 60, and jumps at full minutes."""
-    if not (np.all(known >= 0.0) and np.all(known < 240000.0)):
+    """Whether numbers are clock times such as 235959.5: minutes and seconds below 60, and usual steps at full minutes,
+    where the numbers jump."""
+    if not (np.all(known >= 0.0) and np.all(known < 240000.0)) or known.max() <= 10000:
         return False
     whole = known.astype(np.int64)
     sound = np.all((whole % 100 < 60) & (whole // 100 % 100 < 60))
-    jumps = np.diff(known)
-    return bool(sound and known.max() > 10000 and np.any((jumps > 40.0) & (jumps < 41.5)))
+    steps, full = np.diff(_from_hhmmss(known)), np.diff(whole // 100) > 0
+    usual = float(np.median(steps[~full])) if not full.all() else 0.0
+    return bool(sound and full.any() and np.mean((steps[full] > 0.0) & (steps[full] < MOST_STEPS * usual)) > 0.5)
 
 
 def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
@@ -230,19 +249,26 @@ def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
             size = 1e-9 if own.startswith("n") else 1e-6 if own.startswith(("micro", "us")) else 1e-3
             found = found + size * np.nan_to_num(column.numbers)
         return found
+    if form == "year and day":
+        year, day = (column.numbers for column in columns)
+        return DAY * (days_since_1970(np.nan_to_num(year, nan=1970.0), np.ones(day.size), day))
     if form == "gps week":
         week, second = (column.numbers for column in columns)
         second = second * (1e-3 if np.nanmax(second, initial=0.0) > WEEK_S else 1.0)
         return EPOCH_S + WEEK_S * np.where(week < WEEKS_OF_TEN_BITS, week + SINCE_2019, week) + second
+    if form in DIGITS and len(columns) == 1:
+        return (columns[0].texts or Texts([])).mapped(partial(_of_digits, form=form))
     if len(columns) == 2:
         date, clock = seconds(columns[:1], form), _time_of_day(columns[1])
         if np.isfinite(date).any() and np.ptp(date[np.isfinite(date)]) > 0.0:
             return date + clock
         return date + _over_midnight(clock)
     column = columns[0]
+    if form == "mm:ss" and column.texts is not None:
+        return _going_on(column.texts.mapped(_of_minutes), HOUR)
     if form == "clock":
         clock = _over_midnight(_time_of_day(column))
-        return _going_on(clock, HOUR if _all(MINUTES, column) else DAY / 2.0)
+        return _going_on(clock, DAY / 2.0)
     if form == "hhmmss":
         return _over_midnight(_from_hhmmss(column.numbers))
     if form == "day fraction":
@@ -276,11 +302,18 @@ def _time_of_day(column: RawColumn) -> np.ndarray:
     return column.texts.mapped(_clock)
 
 
+def _of_digits(text: str, form: Form) -> float:
+    parts = [text[:2], text[2:4], text[4:]][:: -1 if form == "yymmdd" else 1]
+    return moment(text if form == "yyyymmdd" else "-".join(parts))
+
+
+def _of_minutes(text: str) -> float:
+    found = TWO_PARTS.fullmatch(text)
+    return 60.0 * int(found[1]) + float(found[2].replace(",", ".")) if found else math.nan
+
+
 def _clock(text: str) -> float:
     text = text.rsplit(" ", 1)[-1] if re.match(r"\d{4}-", text) else text
-    elapsed = MINUTES.fullmatch(text)
-    if elapsed:
-        return 60.0 * int(elapsed[1]) + float(elapsed[2].replace(",", "."))
     match = CLOCK.fullmatch(text)
     if not match:
         return math.nan

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping as Dict
 from dataclasses import dataclass, replace
 from typing import Any
@@ -24,15 +23,11 @@ from .times import TableTime
 FEW, MANY, HALF = 0.02, 0.2, 0.5
 """Share of rows that may be left out, of cells of a column that may be gaps for not being numbers, and of sentences or
 messages that may be left out: their checksums tell the bad ones from the others."""
-ANGLE = re.compile(
-    r"([NSEWO+-]?)\s*(\d{1,3})[°\s:-]\s*(\d{1,2}(?:[.,]\d+)?)['\u2032\s:]?\s*(\d{1,2}(?:[.,]\d+)?)?[\"\u2033]?\s*([NSEWO]?)"
-)
-
-
 MOST_RUNS = 50
 """Runs of a table; a time that starts again more often is not sorted."""
-HOLE_S, HOLE_STEPS = 60.0, 60.0
-"""Seconds, and median steps, without rows from which on it is told."""
+HOLE_S, HOLE_STEPS, LATE_STEPS = 60.0, 60.0, 5.0
+"""Seconds, and median steps, without rows from which on it is told; how much longer than nearly all steps one is that
+is told, too."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +124,8 @@ def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[li
     for stream in streams:  # the longest time without rows, where it is that of many
         steps = np.diff(stream.time)
         k = int(np.argmax(steps))
-        if steps[k] > max(HOLE_S, HOLE_STEPS * float(np.median(steps))):
+        long = min(max(HOLE_S, HOLE_STEPS * np.median(steps)), LATE_STEPS * np.quantile(steps, 0.99))
+        if steps[k] > long:
             said, row = f"no row for {steps[k]:.4g} s before this one", int(table.rows[stream.kept[k + 1]])
             faults.append(FileFault(table.label, said, hint, row))
     return streams, faults
@@ -193,14 +189,9 @@ def _runs_of(time: np.ndarray, known: np.ndarray) -> list[np.ndarray]:
 
 def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np.ndarray, list[FileFault]]:
     """The column in SI units, and a fault where cells are no numbers."""
+    numbers, bad = column.numbers, column.bad
     if entry.unit == "deg min":
-        size, texts = np.abs(column.numbers), column.texts
-        numbers = np.sign(column.numbers) * (size // 100.0 + (size % 100.0) / 60.0)  # ddmm.mmm
-        if not column.numeric:  # 54°12.345'N, 54 12 20 N
-            numbers = np.full(len(column.values), np.nan) if texts is None else texts.mapped(_one_angle)
-        bad = np.flatnonzero(~np.isfinite(numbers))
-    else:
-        numbers, bad = column.numbers, column.bad
+        numbers, bad = column.degrees, np.flatnonzero(~np.isfinite(column.degrees))
     unit = UNITS[str(entry.unit)].factor
     numbers = np.where(np.isfinite(numbers), numbers, np.nan)
     values = numbers * (unit * entry.factor * int(entry.sign)) + entry.offset * unit
@@ -215,15 +206,6 @@ def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np
     said = f"{column.text(bad[0])!r} is not a number ({bad.size} such cells)"
     hint = "map another column, or write what it means as an empty cell" if many else "taken as gaps"
     return values, [FileFault(table.label, said, hint, int(table.rows[bad[0]]), column.name, many)]
-
-
-def _one_angle(text: str) -> float:
-    match = ANGLE.fullmatch(text.strip())
-    if not match:
-        return float("nan")
-    minutes, rest = (float((part or "0").replace(",", ".")) for part in (match[3], match[4]))
-    sign = -1.0 if {match[1], match[5]} & {"S", "W", "-"} else 1.0
-    return sign * (float(match[2]) + minutes / 60.0 + rest / 3600.0)
 
 
 # ---- The channels of a record from the quantities of a log.

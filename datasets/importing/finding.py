@@ -49,6 +49,8 @@ class ColumnFinding:
     sure: Sure = "stated"
     why: tuple[str, ...] = ()
     questions: tuple[Question, ...] = ()
+    waits: bool = False
+    """Whether the column is not used until another question has its answer."""
     bounded: tuple[About, ...] = ()
     """What the user decided, by the map or an answer: it is not checked again."""
 
@@ -66,7 +68,8 @@ class ColumnFinding:
         """(N,) in SI units and radians, with another unit if one is given."""
         used = unit or self.unit
         assert used is not None
-        found = self.sign * used.factor * self.factor * self.column.numbers + self.offset * used.factor
+        numbers = self.column.degrees if used.name == "deg min" else self.column.numbers
+        found = self.sign * used.factor * self.factor * numbers + self.offset * used.factor
         return either_side(found) if self.quantity in EITHER_SIDE else found
 
     def told(self, sure: Sure, why: str, **changes: object) -> ColumnFinding:
@@ -74,9 +77,9 @@ class ColumnFinding:
         level = max(self.sure, sure, key=LEVELS.index)
         return replace(self, sure=level, why=(*self.why, why), **changes)
 
-    def unused(self, why: str) -> ColumnFinding:
-        """The finding of a column that is not used."""
-        return replace(self, may_be=(), unit=None, why=(why,), sure="stated", questions=(), signed=False)
+    def unused(self, why: str, waits: bool = False) -> ColumnFinding:
+        """The finding of a column that is not used, or not until another question has its answer."""
+        return replace(self, may_be=(), unit=None, why=(why,), sure="stated", questions=(), signed=False, waits=waits)
 
     @property
     def convention(self) -> str:

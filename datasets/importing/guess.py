@@ -71,6 +71,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     propose(log, tables)
     log.each(other_channels.sign_by_channel, other_channels.as_rudder, _perhaps_magnetic, _not_needed)
     meanings.without_twins(log)
+    other_channels.without_wind_from_bow(log)
     log.each(_checked, _without_dead)
     propose_units(log, tables)
     # the answer for one column's sign tells another's

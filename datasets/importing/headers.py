@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from .names import named, words
-from .quantities import NO_UNIT, TIME_WORDS, LogUnit, quantities, tidy, unit_of, word_groups, word_list
+from .quantities import NO_UNIT, SI, TIME_WORDS, LogUnit, quantities, tidy, unit_of, word_groups, word_list
 
 BRACKETS = re.compile("[\\[({<\u3010\u3014]([^\\[\\](){}<>\u3010\u3011\u3014\u3015]*)[\\])}>\u3011\u3015]")
 TAIL = re.compile(r"(?:,|;|\s/|:|\s(?=°)|\bin\b|\ben\b|\bi\b|\bem\b)\s*([^,;:]+)$")
@@ -27,16 +27,14 @@ WEST_SOUTH = re.compile(
     r"(west|south|\bw\b|\bs\b|ouest|sud|oeste|sur)\s*(=|is|:)?\s*(\+|positive)|(\+|positive)\s*(=|:|to|is|towards)?\s*(the\s+)?"
     r"(west|south|w\b|s\b|ouest|sud|oeste|sur)"
 )
-EAST_NORTH = re.compile(
-    r"(east|north|\be\b|\bn\b)\s*(=|is|:)?\s*(\+|positive)|(\+|positive)\s*(=|:|to|is|towards)?\s*(the\s+)?(east|north|e\b|n\b)"
-)
 SCALED = re.compile(r"(?:x|\*|×)?\s*([0-9]*[.,]?[0-9]+(?:e[-+]?\d+)?)\s*(?:x|\*|×)?\s*([^\d].*)")
 PART = re.compile(
     r"1\s*/\s*(?P<first>10{1,9})\s*(?P<behind>[^\d].*)|(?P<before>[^\d/]+)/\s*(?P<last>10{1,9})|deci[\s-]?(?P<tenth>.+)"
 )
 """A tenth, hundredth, ... of a unit: `1/10 deg`, `deg/10`, `decidegrees`."""
 SHARE = re.compile(r"(?:%|percent|pct|per cent)\s*(?:of|von)\s*([1-9]\d*(?:\.\d+)?)\s*([^\d\s]+)")
-"""A share of a size that is stated: `% of 35 deg`."""
+WHOLE = re.compile(r"100\s*(?:%|percent|pct|per cent)\s*(?:=|:|is|are)\s*([1-9]\d*(?:\.\d+)?)\s*([^\d\s]+).*")
+"""A share of a size that is stated: `% of 35 deg`, `100 % = 35 deg`."""
 REFERENCE = re.compile(r"(?<![a-z])(?:from\s+(?:the\s+)?(?:true\s+)?(?:north|east)|enu|ned)(?![a-z])", re.IGNORECASE)
 """Where a heading counts from, which is no part of its name."""
 
@@ -102,6 +100,10 @@ def read_header(name: str, unit: str = "") -> ColumnHeader:
         pieces.append(tail[1].strip())
         rest = rest[: tail.start()]
     pieces += [part.strip() for part in re.split(r"[;,|]", unit)]
+    for i, piece in enumerate(pieces):  # `mph over ground`: what stands behind a unit belongs to the name
+        own, _, more = piece.partition(" ")
+        if more and not says_unit(piece) and unit_of(own) is not None and named(words(f"{rest} {more}")).may_be:
+            rest, pieces[i] = f"{rest} {more}", own
     alone = REFERENCE.sub(" ", rest)
     if _means(alone, "heading", "heading_magnetic", "course_over_ground"):
         rest, pieces = alone, [REFERENCE.sub(" ", piece).strip() for piece in pieces]
@@ -116,7 +118,7 @@ def read_header(name: str, unit: str = "") -> ColumnHeader:
     known = words(" ".join([rest, *(piece for piece in other if piece != unread)]))
     foreign = next((text for text in units if not _sized(text) and tidy(text) not in TIME_WORDS | {"-", "--"}), "")
     suffixes = []
-    for count in () if sized else (4, 3, 2, 1):  # `rot_deg_min`, `rate_deg_s_1`, `sog_kn`
+    for count in () if sized or foreign in PERCENT else (4, 3, 2, 1):  # `rot_deg_min`, `rate_deg_s_1`, `sog_kn`
         head, tail = known[:-count], known[-count:]
         texts = ("/".join(tail), "_".join(tail), "".join(tail))
         text = next((t for t in texts if unit_of(t) is not None or (count == 1 and t in PERCENT)), "")
@@ -152,7 +154,7 @@ def _means(text: str, *kinds: str) -> bool:
 
 
 def _sized(text: str) -> bool:
-    return scaled_unit(text)[0] is not None
+    return scaled_unit(text)[0] is not None or tidy(text) == SI
 
 
 def says_unit(text: str) -> bool:
@@ -170,7 +172,7 @@ def scaled_unit(text: str, dimension: str | None = None) -> tuple[LogUnit | None
     if part is not None:
         unit = unit_of(part["behind"] or part["before"] or part["tenth"], dimension)
         return (unit, 1.0 / float(part["first"] or part["last"] or 10)) if unit is not None else (None, 1.0)
-    share = SHARE.fullmatch(text.strip().lower())
+    share = SHARE.fullmatch(text.strip().lower()) or WHOLE.fullmatch(text.strip().lower())
     if share is not None:
         return (unit, 0.01 * float(share[1])) if (unit := unit_of(share[2], dimension)) is not None else (None, 1.0)
     match = SCALED.fullmatch(text.strip().lower())
@@ -233,11 +235,9 @@ def _without(text: str, start: int, stop: int) -> str:
     return text[:start] + " " + (rest[more.end() :] if more else rest)
 
 
-def west_or_south(name: str, unit: str) -> bool | None:
-    """Whether a longitude counts to the west, a latitude to the south; None where nothing is stated."""
+def west_or_south(name: str, unit: str) -> bool:
+    """Whether it is stated that a longitude counts to the west, or a latitude to the south."""
     if letter := _hemisphere(name, unit):
         return letter in "ws"
     text = _same_length(f"{name} {unit}")
-    if WEST_SOUTH.search(text) or re.search(r"(°|\bdeg)\s*[ws]\b", text):
-        return True
-    return False if EAST_NORTH.search(text) or re.search(r"(°|\bdeg)\s*[ne]\b", text) else None
+    return bool(WEST_SOUTH.search(text) or re.search(r"(°|\bdeg)\s*[ws]\b", text))

@@ -31,6 +31,7 @@ from .guess import entry_of, examine, missing
 from .log import RawLog
 from .mapping import ColumnMap, Mapping, TableMap, TimeMap, uses
 from .merge import Merged, merge
+from .other_channels import NO_NUMBERS
 from .quantities import quantities
 from .raw import RawTable
 from .reading import WITHOUT_NAME
@@ -256,6 +257,11 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: RawLog, ans
         said = "no column is a heading, a yaw rate or a position, or could be one: nothing tells how the ship turns"
         faults.append(FileFault(tables[0].label, said, "give the log of the gyro or of the GPS", fatal=True))
     faults += [fault for f in log.findings if (fault := _against_velocity(log, f)) is not None]
+    unread = [f for f in log.findings if f.why == NO_NUMBERS and steering.is_called_rudder(f)]
+    if steering.is_unsteered({quantity for f in log.findings for quantity in f.may_be}):
+        hint = "write them as numbers; or leave the column out in a map, where there is to be no rudder"
+        texts = [(f, f"no number: {f.column.first(1)[0]!r}") for f in unread]
+        faults += [FileFault(f.table.label, text, hint, None, f.column.name, True) for f, text in texts]
     questions = asked_once(tables, [*questions, *(steering_asked or ())] if not faults else questions)
     if faults and not entries:
         faults = [replace(fault, fatal=True) for fault in faults]
@@ -283,15 +289,15 @@ def _against_velocity(log: RawLog, found: ColumnFinding) -> FileFault | None:
 
 
 def _first(log: RawLog, answers: Dict[str, str]) -> Iterator[ColumnFinding]:
-    """The findings without those of headings and sways whose way the track tells once its own axes are answered, and
-    without columns that have no names, which their motion tells once their time is answered."""
+    """The findings without those of headings, yaw rates and sways whose way the track tells once its own axes are
+    answered, and without columns that have no names, which their motion tells once their time is answered."""
     untimed = {label for label, time in log.times.items() if time.question is not None and not time.columns}
     untimed -= {label for label in untimed if proposal.columns_question(label) in answers}
     tracks = {f.table.label for f in log.findings if f.questions and set(f.may_be) == {"north", "east"}}
     for found in log.findings:
         if found.table.label in untimed and found.why == WITHOUT_NAME:
             continue
-        waits = found.table.label in tracks and found.quantity in ("heading", "sway")
+        waits = found.table.label in tracks and found.quantity in ("heading", "yaw_rate", "sway")
         if not (waits and all(question.about == "sign" for question in found.questions)):
             yield found
 
@@ -310,7 +316,7 @@ def _entry(table: RawTable, mapping: Mapping | None, log: RawLog) -> TableMap:
     for found in (f for f in log.findings if f.table is table):
         asked = {question.about for question in found.questions}
         if not found.may_be or found.quantity is None or "quantity" in asked:
-            columns.append(ColumnMap(column=found.column.name, to="?" if found.may_be else NOT_USED))
+            columns.append(ColumnMap(column=found.column.name, to="?" if found.may_be or found.waits else NOT_USED))
             continue
         unit = "?" if found.unit is None or "unit" in asked else found.unit.name
         columns.append(ColumnMap(

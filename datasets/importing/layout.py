@@ -36,6 +36,8 @@ NUMBERED = re.compile(
     r"^\W*(?:col(?:umn)?|spalte|channel|kanal|ch)?\.?\s*#?(?P<number>\d{1,3})(?:\s*[:=.)\-]\s*|\s+(?=[^\W\d]))(?P<name>\S.*)$",
     re.IGNORECASE,
 )
+RULE = re.compile(r"[-=_+|*]{2,}")
+"""What a line is drawn of between a header and its data."""
 LONGEST = 5000
 """Characters of a cell that are read: names are taken apart word by word."""
 SAMPLE = 400
@@ -90,6 +92,12 @@ def is_data(cells: Sequence[str]) -> bool:
     )
 
 
+def is_rule(cells: Sequence[str]) -> bool:
+    """Whether a row is a drawn line, and no gaps."""
+    drawn = all(RULE.fullmatch(cell.strip()) for cell in cells if cell.strip())
+    return drawn and not GAPS.issuperset(map(str.strip, cells))
+
+
 def find_layout(lines: Sequence[Line]) -> Layout | None:
     """The layout of lines; None where no line holds data."""
     plain = [line for line in lines if not line.comment]
@@ -104,7 +112,7 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
     start = first if first is not None else next((i for i, own in zip(filled, data, strict=True) if own), None)
     if start is None:
         return None
-    head = [line for line in lines[:start] if any(cell.strip() for cell in line.cells)]
+    head = [line for line in lines[:start] if any(cell.strip() for cell in line.cells) and not is_rule(line.cells)]
     body = [line.cells for line in lines[start:] if not line.comment and len(line.cells) == width]
     return _below(head, body[:SAMPLE], start, width)
 
@@ -321,7 +329,7 @@ def _rows(lines: Iterable[Line], layout: Layout, start: int, file: str) -> DataR
     for line in lines:
         if line.number < start or not any(cell.strip() for cell in line.cells):
             continue
-        if line.comment:
+        if line.comment or is_rule(line.cells):
             left_out["comment lines between the data"] += 1
         elif len(line.cells) != layout.width:
             faults.append(of_other_width(line, layout.width))
@@ -592,22 +600,3 @@ def _shifted(table: RawTable, lines: int) -> RawTable:
     """A table with the line numbers of the whole file."""
     faults = tuple((number + lines, said, text) for number, said, text in table.faults)
     return replace(table, rows=np.asarray(table.rows) + lines, faults=faults)
-
-
-def blocks_of(lines: Sequence[Line]) -> list[list[Line]]:
-    """Lines of a sheet, cut above each further header: names of other columns than before, and rows of data below."""
-    cuts, before = [0], set[str]()
-    for i, line in enumerate(lines):
-        names = {cell.strip() for cell in line.cells if cell.strip()}
-        body = [other.cells for other in lines[i + 1 : i + 1 + FIRST]]
-        if len(names) < 2 or is_data(line.cells) or any(map(is_number, names)) or all(map(says_unit, names)):
-            continue
-        if len(body) < FIRST or not all(map(is_data, body[1:])):
-            continue
-        last = i - 1
-        while last > 0 and sum(map(bool, lines[last].cells)) < 2:  # a title belongs to the table below it
-            last -= 1
-        if before and len(names & before) <= 0.5 * len(names) and is_data(lines[last].cells):
-            cuts.append(last + 1)
-        before = names
-    return [list(lines[a:b]) for a, b in zip(cuts, [*cuts[1:], len(lines)], strict=True)]

@@ -34,6 +34,8 @@ ALIKE = {"angle": math.radians(2.0), "angular rate": math.radians(0.3), "speed":
 """How far two columns of a quantity may be from each other (root mean square) to be the same."""
 TRACKED = 0.15
 """How near the velocity of a track, which is a mean over some seconds, must be to a component of it, as a share."""
+STILL = 0.03
+"""How far one of two columns moves, as a share of the other, up to which it does not."""
 OF_SHIP = "along the ship's axes: the direction goes with the yaw rate, not with the heading"
 """Why a velocity is one along an axis of the ship."""
 AHEAD, DRIFT = 0.7, 0.5
@@ -47,6 +49,12 @@ of that which the yaw rate leaves."""
 LED, LEAST_LEAD_RAD, LEAST_LEAD_S = 0.6, 0.015, 3.0
 """Share of the angle between a heading and the course that its rate explains, the least size of that angle, rad, and of
 that over the rate, s: a course of positions that are late by less is none."""
+ON_EARTH = "it stays within a metre, if its numbers are metres: degrees"
+STANDS, STANDS_S, FAR_OFF = 1.0, 60.0, 100.0
+"""Range of numbers of two positions from which on they can be metres, in so many seconds; how far from 0 they are then,
+as a multiple of it."""
+SAME_EVER, OVER_S = 0.025, 10.0
+"""How near it must be at all times (root mean square, as a share), over so many seconds."""
 SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
@@ -105,12 +113,23 @@ def _speed(log: RawLog, found: ColumnFinding) -> ColumnFinding:
         parts = (1.0, 0.1) if found.unit is None and not np.any(np.nan_to_num(found.column.numbers) % 1.0) else (1.0,)
         for unit, part in itertools.product(units, parts):
             factor = part * found.factor
-            if size and abs(size / (unit.factor * factor) - 1.0) < SAME:
+            alike = size and abs(size / (unit.factor * factor) - 1.0) < SAME
+            if alike and _goes_with(speed, raw, unit.factor * factor):
                 decided = _decided(found, "speed_over_ground", f"speed over ground: agrees with the speed of {name}")
                 said = unit.name if part == 1.0 else f"{part:g} {unit.name}"
                 own = {"unit": unit, "factor": factor}
                 return decided if found.unit is not None else decided.told("other channel", said, **own)
     return found
+
+
+def _goes_with(speed: ClockSeries, raw: ClockSeries, size: float) -> bool:
+    """Whether a speed is that of a track at all times, as one through the water is not where there is a current."""
+    shared = together(speed, raw)
+    if shared is None:
+        return False
+    wide = max(1, int(OVER_S / float(np.median(np.diff(shared[0])))))
+    track, own = (smooth(values, wide) for values in (shared[1], size * shared[2]))
+    return float(np.sqrt(np.mean((own - track) ** 2))) < SAME_EVER * float(np.mean(track))
 
 
 def _of_ship(log: RawLog, found: ColumnFinding) -> ColumnFinding:
@@ -186,16 +205,21 @@ def _turned_by(log: RawLog, found: ColumnFinding) -> float:
 
 def _axis(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """Which of two axes points north, by latitudes, or by a heading whose sense is known."""
+    able = [f for f in log.findings if {*f.may_be} == {*found.may_be} or ON_EARTH in f.why]
+    able = [f for f in able if f.table is found.table]
+    if len(able) == 2 and all(_stands(log, f) for f in able):
+        quantity = "longitude" if found.may_be[0] == "north" else "latitude"  # x, and y
+        return found.told("physics", ON_EARTH, may_be=(quantity,), signed=True)
     other = _other_axis(log, found)
     if other is None:
         return found
+    if frame := frame_stated(found.table.notes):
+        quantity = found.may_be[1 if frame == "enu" else 0]
+        decided = _decided(found, quantity, f"the file states axes {frame.upper()}", "stated")
+        return replace(decided, sign=-1) if (frame, quantity) == ("nwu", "east") else decided
     if other.quantity is not None:
         quantity = "east" if other.quantity == "north" else "north"
         return _decided(found, quantity, f"column {other.column.name} is the other one")
-    frame = frame_stated(found.table)
-    if frame:
-        quantity = found.may_be[1 if frame == "enu" else 0]
-        return _decided(found, quantity, f"the file states axes {frame.upper()}", "stated")
     x, y = log.series(found, raw=True), log.series(other, raw=True)
     if found.may_be[0] == "east" or x is None or y is None:
         return found
@@ -218,6 +242,14 @@ def _axis(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     return found
 
 
+def _stands(log: RawLog, found: ColumnFinding) -> bool:
+    """Whether a position without a unit stays, far from 0, within a metre for minutes, if its numbers are metres."""
+    series, known = log.series(found, raw=True), found.column.finite
+    lasts = float(np.ptp(series.time[np.isfinite(series.time)])) if series is not None and known.size else 0.0
+    near = known.size > 0 and _span(found) < STANDS and FAR_OFF * _span(found) < abs(float(np.median(known))) <= 180.0
+    return near and lasts > STANDS_S and (found.unit is None or ON_EARTH in found.why)
+
+
 def _other_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
     """The other axis of the same table: x beside y."""
     pairs = [f for f in log.findings if f.table is found.table and f is not found]
@@ -235,9 +267,9 @@ def ask(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     open_ones = (f for f in log.findings if f.table is found.table and f.quantity is None)
     axis = next((f for f in open_ones if {*f.may_be} == {"north", "east"}), None)
     if axis is not None and {*found.may_be} & {"velocity_north", "velocity_east"}:
-        return found.unused(f"waits for what {axis.column.name} is")
+        return found.unused(f"waits for what {axis.column.name} is", True)
     if set(found.may_be) == {"north", "east"} and found.may_be[0] == "east" and (other := _other_axis(log, found)):
-        return found.unused(f"waits for what {other.column.name} is")
+        return found.unused(f"waits for what {other.column.name} is", True)
     shown = " or ".join(name.replace("_", " ") for name in found.may_be)
     return ask_quantity(found, f"What is {found.column.name!r}: {shown}? No other channel tells it.", found.may_be)
 
@@ -260,15 +292,17 @@ def without_twins(log: RawLog) -> None:
 def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFinding:
     """The column of two of one quantity that is used; what becomes of the other one is put into the log."""
     told = difference(log, used, found)
-    still = [float(np.ptp(n)) == 0.0 for n in (used.column.finite, found.column.finite) if n.size]
-    stuck = len(still) == 2 and still[0] != still[1] and used.quantity not in ("latitude", "longitude")
+    share = STILL if used.unit and found.unit else 0.0
+    one, two = (_span(f) * (f.unit.factor * f.factor if f.unit and share else 1.0) for f in (used, found))
+    still = max(one, two) > 0.0 and min(one, two) <= share * max(one, two)
+    stuck = still and used.quantity not in ("latitude", "longitude")
     chosen, why = used, ""
     if "quantity" in used.bounded and "quantity" not in found.bounded:
         why = f"{used.column.name} is used, as {used.why[-1]}"
     elif told is not None and told[0]:
         why = f"{told[1]}; that one is used"
     elif stuck:  # not whole degrees beside minutes
-        chosen, why = (found if still[0] else used), "the same number in every row, another varies"
+        chosen, why = (found if one < two else used), "it stays as it is, another one moves"
     elif told is None and found.column.known and used.column.known:
         why = f"{used.table.label} states the same, too short to be compared; it is used"
     elif found.questions and not used.questions:
@@ -278,7 +312,7 @@ def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFin
         text = f"{used.column.name!r} and {name!r} are both a {quantity.replace('_', ' ')}: which one is used?"
         text += f" The second {told[1]}." if told and told[1] else ""
         one = Answer(NOT_USED, used.column.name, line_of(found, to=NOT_USED))
-        other = Answer(quantity, name, line_of(found))
+        other = Answer(quantity, name, f"{line_of(found)}\n{line_of(used, to=NOT_USED)}")
         asked = Question(identifier(found, "quantity"), "quantity", found.table.label, name, text, (one, other))
         settled = log.answered(replace(found, questions=(asked,), sure="guess"))
         log.change(found, settled)
@@ -288,6 +322,11 @@ def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFin
     other = used if chosen is found else found
     log.change(other, other.unused(why))
     return chosen
+
+
+def _span(found: ColumnFinding) -> float:
+    """How far the numbers of a column move; nan where there are none."""
+    return float(np.ptp(found.column.finite)) if found.column.finite.size else np.nan
 
 
 def difference(log: RawLog, one: ColumnFinding, other: ColumnFinding) -> tuple[bool, str] | None:

@@ -18,10 +18,10 @@ from .raw import RawColumn
 MOMENT = re.compile(
     r"(\d{4}[-/. ]\d{1,2}[-/. ]\d{1,2}|\d{8}|\d{1,2}[-/. ](?:\d{1,2}|[A-Za-z]{3,9})[-/. ](?:\d{4}|\d{2}))"
     r"(?:[T ,;_-]\s*(\d{1,2})(?::?(\d{2})(?::?(\d{2})(?:[.,:](\d+))?)?)?"
-    r"\s*([AaPp][Mm])?\s*(?:Z|UTC|GMT|LT|([+-]\d{2}):?(\d{2})?)?)?"
+    r"\s*([AaPp][Mm])?\s*(?:Z|UTC|GMT|LT|([+-]\d{2}):?(\d{2})?(?: [A-Z]{3,4})?)?)?"
 )
 """Date, hour, minute, second, decimals, half of the day, hours and minutes of the zone: 2024-05-03T08:00:00.1+02:00,
-20240503 0800, 03.05.2024 08:00:00,1, 5/3/24 8:00 PM, 03-May-2024 08:00."""
+20240503 0800, 03.05.2024 08:00:00,1, 5/3/24 8:00 PM, 03-May-2024 08:00, 2024-05-03 08:00:00 +0200 CEST."""
 COMPACT = re.compile(r"^(\d{8})(\d{6}(?:\.\d+)?)$")
 """Date and time of day of fourteen digits."""
 MONTHS = "jan feb mar apr may jun jul aug sep oct nov dec"
@@ -69,14 +69,16 @@ def days_since_1970(year: np.ndarray, month: np.ndarray, day: np.ndarray) -> np.
     return months.astype("datetime64[D]").astype(np.int64) + day - 1
 
 
-# ---- Times in words of their own: dates with 年, 月 and 日, and durations such as `0 days 00:00:01.5`.
+# ---- Times in words of their own: dates with 年, 月 and 日, 22h01m30s, 8:00 p. m., and durations: `0 days 00:00:01.5`.
 
-SECOND = r"(?:(?P<s>\d{1,2}(?:[.,]\d+)?)[秒초])?"
 IN_WORDS = (
-    rf"(?:(?P<half>上午|下午|午前|午後|오전|오후)?\s*(?P<h>\d{{1,2}})[時时点시]\s*(?P<m>\d{{1,2}})[分분]\s*{SECOND})"
+    r"(?P<half>上午|下午|午前|午後|오전|오후)?\s*(?P<h>\d{1,2})\s?[時时点시h]\s?(?P<m>\d{1,2})\s?(?:[分분'\u2032m]|mi?n)?\s?"
+    r"(?:(?P<s>\d{1,2}(?:[.,]\d+)?)\s?(?:[秒초s\"\u2033]|sec)?)?"
 )
 DAY_IN_WORDS = r"(?P<year>\d{4})[年년]\s*(?P<month>\d{1,2})[月월]\s*(?P<day>\d{1,2})[日일]"
-FAR_EAST = re.compile(rf"(?:{DAY_IN_WORDS})?\s*{IN_WORDS}?")
+WORDED = re.compile(rf"(?:{DAY_IN_WORDS}|(?P<date>\d+[-/.]\d+[-/.]\d+))?\s*(?:{IN_WORDS})?", re.IGNORECASE)
+HALF = re.compile(r"\s*([ap])\.\s?m\.?$", re.IGNORECASE)
+"""Half of the day with points, as Spanish writes it."""
 DURATION = re.compile(r"(?P<sign>-)?(?P<days>\d+) days?(?:,?\s+\+?(?P<h>\d{1,2}):(?P<m>\d{2}):(?P<s>\d{2}(?:\.\d+)?))?")
 DOTTED = re.compile(r"\d{1,2}\.[0-5]\d\.([0-5]\d)")
 """A time of day with dots; or a date, of which the last part is the year."""
@@ -92,8 +94,6 @@ def with_plain_stamps(column: RawColumn) -> RawColumn:
     dotted = [DOTTED.fullmatch(text) for text in column.first(200)] if DOTTED.fullmatch(first) else []
     if dotted and all(dotted) and len({match[1] for match in dotted if match}) >= FEWEST_YEARS:
         return replace(column, values=Texts(text.strip().replace(".", ":") for text in column.texts or ()))
-    if not first or (first.isascii() and " day" not in first):
-        return column
     if DURATION.fullmatch(first):
         return replace(column, values=Texts(map(_duration, column.texts or ())), unit=column.unit or "s")
     return replace(column, values=Texts(map(_stamp, column.texts or ()))) if _stamp(first) != first else column
@@ -110,10 +110,12 @@ def _duration(text: str) -> str:
 
 def _stamp(text: str) -> str:
     """A date and time of day with dashes and colons; the text where it is none."""
-    found = FAR_EAST.fullmatch(text.strip())
+    text = HALF.sub(r" \1m", text.strip())
+    found = WORDED.fullmatch(text)
     if found is None or not (found["year"] or found["h"]):
         return text
-    date = f"{found['year']}-{int(found['month']):02d}-{int(found['day']):02d}" if found["year"] else ""
+    parts, date = found.groupdict(), found["date"] or ""
+    date = "{year}-{month:>02}-{day:>02}".format_map(parts) if found["year"] else date
     if not found["h"]:
         return date
     hour = int(found["h"]) % 12 + (12 if found["half"] in AFTER_NOON else 0) if found["half"] else int(found["h"])

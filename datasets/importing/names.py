@@ -44,13 +44,13 @@ class Named:
 
 @lru_cache(maxsize=4096)
 def words(name: str) -> tuple[str, ...]:
-    """A name as words in lower case: `RudderAngle_deg` is (rudder, angle, deg)."""
+    """A name as words in lower case, those in full that German cuts short: `Rudder_deg` is (rudder, deg)."""
     name = unicodedata.normalize("NFKC", name).translate(LETTERS)
     name = unicodedata.normalize("NFD", name)
     name = "".join(letter for letter in name if not "\u0300" <= letter <= "\u036f" and letter != "\u200b")
     name = unicodedata.normalize("NFC", name)
     name = re.sub(r"([a-z])([A-Z])|([A-Z])([A-Z][a-z])", r"\1\3 \2\4", name)
-    found = WORD.findall(name.lower())
+    found = [f"{word}indigkeit" if word.endswith("geschw") else word for word in WORD.findall(name.lower())]
     return tuple(part for word in found for part in (_segments(word) if re.match(f"[{HAN}]", word) else (word,)))
 
 
@@ -73,7 +73,8 @@ def _han() -> frozenset[str]:
 
 def named(parts: tuple[str, ...]) -> Named:
     """What the words of a name, without unit and sign, say."""
-    whole = _known("".join(parts), short=True)
+    counted = "".join(part for part in parts if not part.isdigit())
+    whole = _known("".join(parts), short=True) or _known(counted, short=False)
     if whole:
         return Named(whole, why="name")
     # the words of a name, `pos n` and `pos e` in full: without their space they are other words

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from .evidence import (
+    LEAST_TURN_RAD,
     ClockSeries,
     as_of_one_clock,
     body,
@@ -42,13 +43,20 @@ COPY = 1e-3
 """Largest difference, as a share of its largest number, of a column that is a copy of another one."""
 WITHIN = {"angular rate": 0.25, "speed": 0.07, "length": 0.1, "angle": 0.2}
 """How near to a unit's factor the ratio to another channel must be."""
+CLEARLY = 0.25
+"""How much nearer one pair of units must fit than the next one: degrees and degrees a minute are 5 % from radians and
+degrees a second."""
 WITHIN_AVERAGED = 0.2
 """The same of a velocity to north or east beside that of a track, a mean over some seconds."""
 WRAPPING = ("heading", "heading_magnetic", "course_over_ground")
 """Directions."""
 SPEEDS = ("speed_over_ground", "speed_through_water", "surge")
+FAR = 3.0
+"""How much more a direction from the bow must move than what it is over ground."""
 
 
+NO_NUMBERS = ("no numbers in the column",)
+"""Why a column of texts is not used."""
 WORDS_FOR_ANGLES = ("angle", "winkel", "vinkel", "lage", "角", "ángulo", "angulo", "rsa")
 """Parts of the name of a rudder that is an angle."""
 
@@ -132,17 +140,30 @@ def _by_turns(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> ColumnFind
             continue
         heading, rate = (raw, series) if other == "yaw_rate" else (series, raw)
         size = rate_ratio(heading, rate)
-        pairs = [
-            (angle, unit)
-            for angle in (UNITS["deg"], UNITS["rad"])
-            for unit in candidates("angular rate")
-            if size and abs(abs(size) * angle.factor / unit.factor - 1.0) < WITHIN["angular rate"]
-        ]
-        if len(pairs) == 1:
-            unit = pairs[0][other == "heading"]
+        able = itertools.product((UNITS["deg"], UNITS["rad"]), candidates("angular rate")) if size else ()
+        misfits = [(abs(abs(size or 0.0) * angle.factor / unit.factor - 1.0), (angle, unit)) for angle, unit in able]
+        near = sorted((m for m in misfits if m[0] < WITHIN["angular rate"]), key=lambda misfit: misfit[0])
+        if near and all(near[0][0] < CLEARLY * misfit for misfit, _ in near[1:]):
+            unit = near[0][1][other == "heading"]
             said = f"{unit.name}: in no other unit are its turns those of column {beside.column.name}"
             return found.told("other channel", said, unit=unit)
     return None
+
+
+def without_wind_from_bow(log: RawLog) -> None:
+    """Leave out a wind whose direction turns back as the ship turns, as the apparent one from the bow does."""
+    for found, direction in list(log.all("wind_direction")):
+        heading = next((series for f, series in log.all("heading") if f.table.clock == found.table.clock), None)
+        shared = together(heading, direction, angle_first=True, angle_second=True) if heading is not None else None
+        if shared is None or np.ptp(shared[1]) < LEAST_TURN_RAD or found.column.known or "quantity" in found.bounded:
+            continue
+        # how far angles are from all being one
+        stays, turns = (1.0 - abs(np.mean(np.exp(1j * angle))) for angle in (shared[1] + shared[2], shared[2]))
+        why = "it turns back as the ship turns: a wind that counts from the bow"
+        for own in (
+            [f for f in log.findings if f.quantity in ("wind_direction", "wind_speed")] if turns > FAR * stays else []
+        ):
+            log.change(own, own.unused(why) if own.table is found.table else own)
 
 
 def sizes(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> Iterator[tuple[str, float]]:
@@ -208,7 +229,7 @@ def by_physics(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if not np.isfinite(found.column.numbers).any():
         if found.quantity in ("latitude", "longitude") and found.column.first(1):
             return found.told("stated", "degrees and minutes, as the cells show", unit=UNITS["deg min"])
-        return found.unused("no numbers in the column")
+        return found.unused(*NO_NUMBERS)
     if found.quantity in WRAPPING and in_tenths(found) and np.abs(np.diff(found.column.finite)).max() > 3000.0:
         why = "whole numbers that jump by 3600 can only be tenths of a degree"
         return found.told("physics", why, unit=UNITS["deg"], factor=0.1 * found.factor)
@@ -346,10 +367,10 @@ def sign_by_channel(log: RawLog, found: ColumnFinding) -> ColumnFinding:
 
 
 def _heading(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    frame = frame_stated(found.table)
+    frame = frame_stated(found.table.notes)
     if frame and found.unit is not None:
         quarter = round(QUARTER / found.unit.factor, 9)
-        turned = {"sign": -1, "offset": quarter} if frame == "enu" else {}
+        turned = {"enu": {"sign": -1, "offset": quarter}, "nwu": {"sign": -1}}.get(frame, {})
         return found.told("stated", f"the file states axes {frame.upper()}", signed=True, **turned)
     series = log.series(found)
     if series is None:

@@ -220,13 +220,13 @@ MOST_RPS = 15.0
 def propose_units(log: RawLog, tables: Sequence[RawTable]) -> None:
     """Take the likely units of the columns of each table that have none, with one question for all of them; none where
     it is answered that they are not right, or only one is open."""
-    for table in tables:
-        places = [i for i, found in enumerate(log.findings) if found.table is table and is_open(found)]
+    for table, labels in _together(log, tables):
+        places = [i for i, found in enumerate(log.findings) if found.table.label in labels and is_open(found)]
         identifier = f"{table.label}/{len(places)} units"  # with more columns another question
         if len(places) < 2 or log.answers.get(identifier) == NONE:
             continue
         before = list(log.findings)
-        _take_likely(log, table, places)
+        _take_likely(log, labels, places)
         likely = {i: log.findings[i] for i in places if log.findings[i].unit is not None}
         log.findings = before
         units = ", ".join(_with_unit(found) for found in likely.values())
@@ -236,7 +236,8 @@ def propose_units(log: RawLog, tables: Sequence[RawTable]) -> None:
             Answer(NONE, "no: ask for each column", "change the units of these columns"),
         )
         first = before[next(iter(likely))].column.name
-        question = Question(identifier, "columns", table.label, first, text, answers)
+        place = before[next(iter(likely))].table.label
+        question = Question(identifier, "columns", place, first, text, answers)
         sure = key_of(question, log.answers) is not None
         why = "as answered" if sure else "its unit is likely, by its size and how the columns move together"
         for i, found in likely.items():
@@ -246,6 +247,16 @@ def propose_units(log: RawLog, tables: Sequence[RawTable]) -> None:
             )  # fmt: skip
         if not sure:
             log.proposals.append(question)
+
+
+def _together(log: RawLog, tables: Sequence[RawTable]) -> Iterator[tuple[RawTable, set[str]]]:
+    """(first table, labels) of tables that are asked together: each alone, or those of a file that have one open column
+    each."""
+    groups: dict[str, list[RawTable]] = {}
+    for table in tables:
+        count = sum(found.table is table and is_open(found) for found in log.findings)
+        groups.setdefault(table.file if count == 1 else table.label, []).append(table)
+    yield from ((own[0], {table.label for table in own}) for own in groups.values())
 
 
 def _with_unit(found: ColumnFinding) -> str:
@@ -268,26 +279,26 @@ def is_open(found: ColumnFinding) -> bool:
     return len(dimensions) == 1 and not (told or beyond or tenths) and dimensions != {"force"} and bool(np.any(known))
 
 
-def _take_likely(log: RawLog, table: RawTable, places: Sequence[int]) -> None:
+def _take_likely(log: RawLog, labels: set[str], places: Sequence[int]) -> None:
     """Put the likely units into a log: lengths in metres, then what these and other columns tell, then by size."""
     for dimension in ("length", "angle", "angular rate", "speed", "rotation"):
         for i in places:
             found = log.findings[i]
             # the unit of a rudder that is open tells that of its order
-            rudders = [f for f in log.findings if f.table is table and f.quantity == "rudder" and f.unit is None]
+            rudders = [f for f in log.findings if f.table.label in labels and f.quantity == "rudder" and f.unit is None]
             waits = found.quantity == "rudder_command" and bool(rudders)
             if found.unit is None and found.dimension == dimension and not waits:
-                log.findings[i] = replace(found, unit=_by_size(log, table, found))
+                log.findings[i] = replace(found, unit=_by_size(log, labels, found))
         for _ in range(PASSES):
             for i, found in enumerate(log.findings):
-                if found.table is table and found.may_be:
+                if found.table.label in labels and found.may_be:
                     log.findings[i] = other_channels.unit_by_channel(log, meanings.settle(log, found))
 
 
-def _by_size(log: RawLog, table: RawTable, found: ColumnFinding) -> LogUnit:
-    """The likely unit of a column: that of the others of its table, or by its size."""
+def _by_size(log: RawLog, labels: set[str], found: ColumnFinding) -> LogUnit:
+    """The likely unit of a column: that of the others of its tables, or by its size."""
     size, quantity = other_channels.size_of(found), found.may_be[0]
-    angles = [f for f in log.findings if f.table is table and f.may_be and f.may_be[0] in ANGLES]
+    angles = [f for f in log.findings if f.table.label in labels and f.may_be and f.may_be[0] in ANGLES]
     stated = {f.unit.name for f in angles if f.unit is not None}
     most = [1.02 * other_channels.LARGEST_RAD.get(f.may_be[0], other_channels.FULL_TURN) for f in angles]
     small = all(other_channels.size_of(f) <= largest for f, largest in zip(angles, most, strict=True))

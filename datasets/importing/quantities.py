@@ -108,6 +108,8 @@ UNITS = {
     name: LogUnit(name, facts["dimension"], facts["factor"], frozenset(facts["names"].split()))
     for name, facts in vocabulary()["units"].items()
 }
+SI = "si"
+"""What says of all units that they are those of SI, angles in radians."""
 TIME_WORDS, NO_UNIT = word_list("time_units"), word_list("no_unit")
 """Units of times; units of columns that are no channel, or that say no size."""
 SUPERSCRIPTS = str.maketrans("⁻⁰¹²³", "-0123")
@@ -129,9 +131,10 @@ def tidy(text: str) -> str:
 
 
 def unit_of(text: str, dimension: str | None = None) -> LogUnit | None:
-    """The unit that a text spells, of the dimension if one is given; None where it spells none."""
+    """The unit that a text spells, of the dimension if one is given (SI: that of it); None where it spells none."""
     spelt = tidy(text)
-    able = (unit for unit in UNITS.values() if spelt in unit.spellings)
+    of_si = spelt == SI and dimension is not None
+    able = (unit for unit in UNITS.values() if spelt in unit.spellings or (of_si and unit.factor == 1.0))
     return next((unit for unit in able if dimension in (None, unit.dimension)), None)
 
 

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ...models.errors import BadInput
-from .cells import GAPS, Decorated, Style, Texts, decorated, missing_value, numbers_of
+from .cells import GAPS, Decorated, Style, Texts, angle_of, decorated, missing_value, numbers_of
 
 Rejected: TypeAlias = tuple[int, str, str]
 """A line that is left out: its number, what is wrong, its text."""
@@ -71,6 +71,15 @@ class RawColumn:
         unread = _not_gaps(self.texts, np.isnan(plain)).size
         found = decorated(self.texts, self.name, self.style) if unread > 0.02 * plain.size else None
         return found or Decorated(plain, "", "")
+
+    @cached_property
+    def degrees(self) -> np.ndarray:
+        """(N,) degrees of numbers that hold degrees and minutes, ddmm.mmm, or of texts such as 54°12.345'N; nan where a
+        cell is none."""
+        if self.texts is not None and not self.numeric:
+            return self.texts.mapped(angle_of)
+        size = np.abs(self.numbers)
+        return np.sign(self.numbers) * (size // 100.0 + (size % 100.0) / 60.0)
 
     @property
     def lettered(self) -> Decorated | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -14,8 +15,8 @@ from .draft import NOT_USED
 from .finding import WITH_SIDE, ColumnFinding, ask_numbers, ask_quantity, ask_scale, is_full_circle
 from .headers import PERCENT, ColumnHeader, read_header, sign_stated, west_or_south
 from .mapping import ColumnMap
-from .names import Named, named, words
-from .quantities import RATE_OF, UNITS, is_unsigned, quantities, tidy, unit_of, vague_names, word_list
+from .names import Named, listed, named, words
+from .quantities import RATE_OF, UNITS, is_unsigned, quantities, tidy, unit_of, vague_names, vocabulary, word_list
 from .raw import RawColumn, RawTable
 
 NAMELESS = re.compile(r"column \d+")
@@ -26,8 +27,6 @@ PRIMED = re.compile(r"^[A-Za-z_]{1,6}['\u2032]\s*$")
 """A name with the mark of a nondimensional quantity: r', v'."""
 PREFIX = re.compile(r".*[./:]")
 """The group that a name begins with."""
-VALUE = ("value", "values", "data", "val", "signal", "reading")
-"""Names of a column that say nothing: that of its group does."""
 FEWEST_OF_RECORD = 4
 """Columns named as those of a record, from which on their signs are a record's."""
 OF_TIME = ("s", "sec", "seconds", "min", "h")
@@ -140,7 +139,7 @@ def _from_header(base: ColumnFinding) -> ColumnFinding:
 def _called(table: RawTable, column: RawColumn) -> str:
     """What a column is named by: its name, or, where it is only called `value` or `data`, its group, the one text
     that another column holds in every row, `Rudder Servo`, or the file."""
-    if column.called or re.split(r"[./:]", column.name)[-1].lower() not in VALUE:
+    if column.called or re.split(r"[./:]", column.name)[-1].lower() not in (*listed("values"), "signal"):
         return column.called or column.name
     group = table.label.rpartition("[")[2].rpartition("]")[0]
     texts = (c.texts.unique() for c in table.columns if c.texts is not None and not c.numeric)
@@ -236,8 +235,6 @@ OPPOSITE = frozenset({"west", "westing", "south", "southing"})
 """Words of a position that counts to the west or to the south."""
 TURNS = re.compile(r"\bccw\b|counter-?\s?clockwise|anti-?\s?clockwise")
 """What says that an angle counts as in mathematics."""
-FRAME = re.compile(r"\b(?:coordinate|reference|frame|axes|orientation)\b[^\n]{0,30}?\b(enu|ned)\b", re.IGNORECASE)
-"""A line that states to where the axes of a file point: `Coordinate system: ENU`."""
 EAST = re.compile(r"(?<![a-z])(?:east|math[a-z]*|enu|ned)(?![a-z])", re.IGNORECASE)
 """What a header says of a heading that does not count from north."""
 
@@ -256,6 +253,8 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
         why = "angles count round the full circle: those beyond a half turn are the other side"
         found = replace(found, why=(*found.why, why)) if is_full_circle(found) else found
         return replace(found, signed=quantity == "rudder", side=positive)
+    if quantity in ("yaw_rate", "sway"):
+        positive = positive or {"nwu": "port", "ned": "starboard"}.get(frame_stated(found.table.notes), "")
     if positive and quantity in ("yaw_rate", "sway", "roll", "roll_rate"):
         sign = 1 if positive == "starboard" else -1
         return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
@@ -279,7 +278,7 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
 
 def _with_sense(found: ColumnFinding) -> ColumnFinding:
     """A heading with the way that it counts, where its name or what is said of it states that."""
-    frame = frame_stated(found.table)
+    frame = frame_stated(found.table.notes)
     text = " ".join((_called(found.table, found.column), *found.column.said, frame)).lower().replace("_", " ")
     turns = TURNS.search(text)
     if turns and re.search(r"\bnorth\b", text) and not re.search(r"\beast\b", text):
@@ -293,10 +292,14 @@ def _with_sense(found: ColumnFinding) -> ColumnFinding:
     return found
 
 
-def frame_stated(table: RawTable) -> str:
-    """The frame of all axes, `enu` or `ned`, that a line above the table states; '' where none does."""
-    stated = {match[1].lower() for note in table.notes for match in FRAME.finditer(note)}
-    return stated.pop() if len(stated) == 1 else ""
+@lru_cache(maxsize=64)
+def frame_stated(notes: tuple[str, ...]) -> str:
+    """The frame of all axes, `enu`, `ned` or `nwu`, that one of the lines above a table states; '' where none does."""
+    for level in vocabulary()["frames"]:
+        stated = {frame for frame, line in level.items() if any(re.search(line, note, re.I) for note in notes)}
+        if stated:
+            return stated.pop() if len(stated) == 1 else ""
+    return ""
 
 
 def goes_ahead(found: ColumnFinding) -> bool:

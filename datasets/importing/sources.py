@@ -40,9 +40,11 @@ TEXTS: tuple[Callable[[str, Path], list[RawTable] | None], ...] = (
 )  # fmt: skip
 """Readers of texts that are told by their first lines; None of one that is not theirs."""
 
+HTML = ("a page of HTML", "open it in a spreadsheet program and save it as xlsx or CSV")
 REFUSED = {
     b"\xd0\xcf\x11\xe0": ("an Excel file of the old form (xls)", "save it as xlsx or CSV"),
     b"%PDF": ("a PDF", "export the log as CSV"),
+    **dict.fromkeys((b"<html", b"<HTML", b"<!DOCTYPE html", b"<table"), HTML),
 }
 BINARY = {
     b"PK": "a workbook",

@@ -88,15 +88,19 @@ def _rudders(log: RawLog) -> list[ColumnFinding]:
     able = []
     for found in log.findings:
         column = found.column
-        called = set(named(words(column.called or column.name)).may_be) & set(WITH_SIDE)
         own = not (column.known or set(found.why) & set(DECIDED) or found.may_be) and column.numeric
         servo = own and _is_servo_like(found)
         series = log.series(found, raw=True) if servo else None
         shares = [share for r in turning if (share := response(series, r)) is not None] if series is not None else []
         answers = any(shares) if shares else not _is_refused(found)  # where nothing can be compared the name tells
-        if (own and called and float(np.ptp(column.finite)) > 0.0) or (servo and answers):
+        if (own and is_called_rudder(found) and float(np.ptp(column.finite)) > 0.0) or (servo and answers):
             able.append(found)
     return able
+
+
+def is_called_rudder(found: ColumnFinding) -> bool:
+    """Whether a column has the name of a rudder, or of its order."""
+    return bool(set(named(words(found.column.called or found.column.name)).may_be) & set(WITH_SIDE))
 
 
 def _is_refused(found: ColumnFinding) -> bool:

@@ -113,7 +113,8 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
         tidy = TOUCHING.sub(r"\1 ", tidy)
     if tidy is not text:
         text, sample = tidy, [(number, _bounded(number, line, path)) for number, line in _sample(tidy)]
-    rows = [_line(number, line, separator) for number, line in sample]
+    full = usual_width(line.count(separator) + 1 for line in body) if body else 0
+    rows = [_line(number, line, separator, full) for number, line in sample]
     rows = _with_names(rows, sample) if separator == " " else rows
     # a separator at the end of every line makes an empty cell there
     long = [row for row in rows if not row.comment and len(row.cells) > 2]
@@ -122,7 +123,7 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
     if sum(trailed) < 0.9 * len(long) or any(row.cells[-1].strip() for row in long if len(row.cells) == width):
         width = None
     known = ((number, _bounded(number, line, path)) for number, line in numbered_lines(text))
-    lines = (_untrailed(_line(number, line, separator), width) for number, line in known)
+    lines = (_untrailed(_line(number, line, separator, full), width) for number, line in known)
     done = [f"{encoding} text, separated by {SEPARATORS[separator]}"]
     sample_rows = [_untrailed(row, width) for row in rows]
     table = table_of(lines, sample_rows, path.name, "", done, plain_reader(text, separator, width))
@@ -227,9 +228,14 @@ def _cells(line: str, separator: str) -> list[str]:
         return line.split(separator)
 
 
-def _line(number: int, text: str, separator: str) -> Line:
+def _line(number: int, text: str, separator: str, full: int) -> Line:
+    """A line of a table with so many cells in a full row; a separator before or behind its first one is no mark of a
+    comment."""
     mark = COMMENT.match(text)
-    return Line(number, tuple(_cells(text[mark.end() :] if mark else text, separator)), mark is not None)
+    stop = mark.end() if mark else 0
+    if mark and separator != " " and separator in mark[0] and text.count(separator) + 1 == full:
+        stop = text.index(separator)
+    return Line(number, tuple(_cells(text[stop:], separator)), bool(text[:stop].strip()))
 
 
 def _untrailed(line: Line, width: int | None) -> Line:

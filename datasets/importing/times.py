@@ -19,11 +19,20 @@ from .headers import BRACKETS, read_header
 from .mapping import TimeMap, scalar
 from .moments import WEEK_S, leap_seconds, start_of_week, utc_of_gps, week_stated
 from .names import is_date, is_time, joined, listed, part_of_time, words, writes_day_first
-from .quantities import word_list
+from .quantities import vocabulary, word_list
 from .raw import RawColumn, RawTable
 
 ZONE = re.compile(r"\b(utc|gmt|zulu|tu|z)\b|(utc|gmt)$", re.IGNORECASE)
-WITH_ZONE = re.compile(r".*(\dZ|[+-]\d{2}:?\d{2}|UTC|GMT)$")
+WITH_ZONE = re.compile(
+    r".*(\dZ|:\d\d(?:[.,]\d+)?\s?[+-]\d{2}(?::?\d{2})?(?: [A-Z]{3,4})?|T\d{4,6}(?:[.,]\d+)?[+-]\d{2}:?\d{2}|UTC|GMT)$"
+)
+"""A moment with the offset of its zone; the year of a date is none."""
+AHEAD = re.compile(
+    r"\b(?:utc|gmt)\s*(?P<sign>[+-])\s*(?P<hours>\d{1,2}(?:\.\d)?)(?::?(?P<minutes>\d{2}))?\b", re.IGNORECASE
+)
+"""How much the clocks of a zone are ahead of UTC."""
+OF_ZONE = re.compile(r"zone\b|\btimes\b|\bzeiten\b", re.IGNORECASE)
+"""Words of a line that states the zone of all times."""
 GPS_TIME = frozenset({"gpst", "tow", "itow", "sow"})
 """Words that state GPS time, in which a clock is ahead of UTC by the leap seconds."""
 OF_GPS_WEEK = GPS_TIME | {"gms", "week"}
@@ -32,13 +41,15 @@ SCALE_STATED = re.compile(
     r"\btime[ _-]?(?:system|scale|reference|base|standard)\b[^\n\w]{0,10}(gps|utc)\b", re.IGNORECASE
 )
 RATE_STATED = re.compile(
-    r"(sampl|rate|freq|takt|abtast|\bfs\b)\w*[^\d\n]{0,20}([\d.]+)\s*(hz|samples/s)"
-    r"|(\bfs\b|sampl\w*[ _](?:rate|freq\w*)(?:[ _]hz)?)\s*[=:]\s*([\d.]+)\s*$",
+    r"(?:sampl|rate|freq|takt|abtast|\bfs\b)\w*[^\d\n]{0,20}(?P<hz>[\d.]+)\s*(?:hz|samples/s)"
+    r"|(?:\bfs\b|sampl\w*[ _](?:rate|freq\w*)(?:[ _]hz)?)\s*[=:]\s*(?P<bare>[\d.]+)\s*$"
+    r"|^\W*frequency\W+(?P<alone>[\d.]+)\s*$",
     re.IGNORECASE,
 )
 """A sampling rate in Hz; without its unit where the name alone can be nothing else."""
 STEP_STATED = re.compile(
-    r"\b(dt|delta t|time ?step|sampling interval|sample time|abtastzeit)\b[^\d\n]{0,12}([\d.]+)\s*(s|sec|ms)\b",
+    r"\b(?:dt|delta t|time ?step|sampl(?:e|ing) (?:interval|time|period|step)|abtast(?:zeit|intervall))\b[^\d\n]{0,12}"
+    r"(?P<step>[\d.]+)\s*(?P<unit>s|sec|ms)\b",
     re.IGNORECASE,
 )
 NEAR_S = 1.5
@@ -50,7 +61,8 @@ SURELY_OF_WEEK_S = 86400.0
 AS_LONG = 0.05
 """Relative difference of their lengths from which on two times are not the same."""
 Scale: TypeAlias = Literal["", "UTC", "GPS"]
-DAY_S = 86400.0
+DAY_S, MONTH_S = 86400.0, 31.0 * 86400.0
+"""A day, and the longest time that dates of one log span where other dates are possible."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +71,7 @@ class TableTime:
 
     columns, form : where it is; form None: open.  likely : the form that is used to compare channels until it is known.
     scale : 'UTC' or 'GPS' where the file states it, the offset from UTC being known; '' where it does not.
+    ahead_s : seconds that the clock of a stated zone is ahead of UTC.
     vague : whether the scale is told by a name such as `GPS time`, which stands for the receiver's UTC as well.
     week : GPS week that the file states for seconds of the week.  offset_s : to add to the times, as answered.
     question : what is open.
@@ -76,6 +89,7 @@ class TableTime:
     week: int | None = None
     offset_s: float | None = None
     vague: bool = False
+    ahead_s: float = 0.0
 
     def seconds(self, table: RawTable, form: Form | None = None) -> tuple[np.ndarray, str] | None:
         """((N,) seconds, those with a date in UTC since 1970, what was done to them); None where no time is known."""
@@ -87,6 +101,9 @@ class TableTime:
         time, done = spread(seconds([c for name in self.columns if (c := table.column(name))], used))
         if used in OF_WEEK and self.week is not None:
             time = time + start_of_week(self.week)
+        if self.ahead_s:
+            said = f"its zone is {self.ahead_s / 3600.0:+g} h from UTC: set to UTC"
+            return time - self.ahead_s, f"{done}; {said}" if done else said
         if self.scale != "GPS" or not self.dated or not np.isfinite(time).any():
             return time, done
         ahead = leap_seconds(float(np.nanmin(time)))
@@ -195,6 +212,10 @@ def _parts(table: RawTable) -> TableTime | None:
         wanted = (*(date if form == "date parts" else ()), *clock, *(("fraction",) if "fraction" in held else ()))
         names = tuple(held[part].name for part in wanted)
         return TableTime(names, form, form, why=f"columns {', '.join(names)}")
+    days = held.get("day of year")
+    if days is not None and "year" in held and np.any(days.finite % 1.0):
+        names = (held["year"].name, days.name)
+        return TableTime(names, "year and day", "year and day", why=f"columns {', '.join(names)}")
     called = (c for c in table.columns if joined(c.name) in listed("week"))
     week = next((c for c in called if c.numeric and _whole(c.numbers)), None)
     place = table.columns.index(week) if week is not None else 0
@@ -261,8 +282,8 @@ def _with_date(table: RawTable, column: RawColumn, guess: TimeGuess) -> tuple[tu
     form = guess.forms[0]
     if form in ("clock", "hhmmss", "day fraction"):
         for date in (c for c in table.columns if c is not column and is_date(c.name)):
-            own = guess_form(date, "")
-            if own is not None and own.forms[0] in ("iso", "day first", "month first", "excel"):
+            own = _date_of_digits(date) or guess_form(date, "")
+            if own is not None and own.forms[0] in ("iso", "ddmmyy", "yymmdd", "day first", "month first", "excel"):
                 return (date.name, column.name), own
     if form in ("iso", "day first", "month first") and not any(":" in text for text in column.first(5)):
         for clock in (c for c in table.columns if c is not column):
@@ -270,6 +291,18 @@ def _with_date(table: RawTable, column: RawColumn, guess: TimeGuess) -> tuple[tu
             if own is not None and own.forms[0] in ("clock", "hhmmss"):
                 return (column.name, clock.name), guess
     return (column.name,), guess
+
+
+def _date_of_digits(column: RawColumn) -> TimeGuess | None:
+    """The form of a date of six or eight digits; None where it is none."""
+    texts = set(column.first(HEAD))
+    forms = {6: ("ddmmyy", "yymmdd"), 8: ("yyyymmdd",)}.get(len(min(texts, key=len, default="")), ())
+    if column.texts is None or not all(text.isdigit() for text in texts) or len({*map(len, texts)}) > 1:
+        return None
+    known = RawColumn("", "", [*texts])
+    lasts = {form: float(np.ptp(seconds([known], form))) for form in forms}  # nan where one is no date
+    able = tuple(form for form in forms if lasts[form] <= MONTH_S) or tuple(f for f in forms if lasts[f] >= 0.0)
+    return TimeGuess(able, "digits of a date", len(able) == 1) if able else None
 
 
 def _time_line(names: tuple[str, ...], form: str) -> str:
@@ -309,12 +342,12 @@ def _without(table: RawTable, answers: Dict[str, str], rivals: Sequence[RawColum
 
 def step_stated(note: str) -> float | None:
     """The time step that a line states: `sampling rate 10 Hz`, `dt = 0.1 s`."""
-    rate = RATE_STATED.search(note)
-    if rate and float(rate[2] or rate[5]) > 0.0:
-        return 1.0 / float(rate[2] or rate[5])
-    step = STEP_STATED.search(note)
-    if step and float(step[2]) > 0.0:
-        return float(step[2]) * (1e-3 if step[3].lower() == "ms" else 1.0)
+    rate, step = RATE_STATED.search(note), STEP_STATED.search(note)
+    hertz = next((text for text in rate.groups() if text), "") if rate else ""
+    if hertz.strip(".") and float(hertz) > 0.0:
+        return 1.0 / float(hertz)
+    if step and step["step"].strip(".") and float(step["step"]) > 0.0:
+        return float(step["step"]) * (1e-3 if step["unit"].lower() == "ms" else 1.0)
     return None
 
 
@@ -325,6 +358,9 @@ def _with_scale(time: TableTime, table: RawTable) -> TableTime:
     if form in OF_WEEK and columns:
         week = week_stated(table.notes, columns[0].numbers * FORMS[form].seconds)
         return replace(time, scale="GPS", week=week)
+    ahead = _ahead(table, columns, form)
+    if ahead is not None:
+        return replace(time, scale="UTC", ahead_s=ahead)
     called = {word for column in columns for word in (*words(column.unit), *words(column.name))}
     scale = _scale(table, columns, form)
     others = (c for c in table.columns if c.numeric and c.name not in time.columns)
@@ -341,6 +377,23 @@ def _with_scale(time: TableTime, table: RawTable) -> TableTime:
             scale = "GPS"
     vague = scale == "GPS" and not GPS_TIME & called and {"gps", "time"} <= called and form not in ("gps week", "gps s")
     return replace(time, scale=scale, vague=vague)
+
+
+def _ahead(table: RawTable, columns: Sequence[RawColumn], form: Form | None) -> float | None:
+    """Seconds that clocks of the zone are ahead of UTC that the header of a time, or a line above it, states; None
+    where none does, the cells state theirs, or the numbers count from a moment in UTC."""
+    shown = [text for column in columns for text in column.first(1)]
+    counts = form not in (*DATED, *OF_DAY) or str(form).startswith(("epoch", "gps"))
+    zones = vocabulary()["time_zones"]
+    texts = [f"{c.name} {c.unit}" for c in columns] + [note for note in table.notes if OF_ZONE.search(note)]
+    for text in () if counts or any(map(WITH_ZONE.fullmatch, shown)) else texts:
+        match, hours = AHEAD.search(text), next((zones[word] for word in words(text) if word in zones), None)
+        if match:
+            size = 3600.0 * float(match["hours"]) + 60.0 * int(match["minutes"] or 0)
+            return -size if match["sign"] == "-" else size
+        if hours is not None:
+            return 3600.0 * hours
+    return None
 
 
 def _scale(table: RawTable, columns: Sequence[RawColumn], form: Form | None) -> Scale:

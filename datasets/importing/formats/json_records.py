@@ -49,8 +49,8 @@ def read_json(text: str, path: Path) -> list[RawTable] | None:
         return None
     faults: list[Rejected] = []
     found = list(_objects(text, path, faults))
-    deltas = [(line, obj) for line, obj in found if is_delta(obj)]
-    tables = tables_of_deltas(deltas, path) if len(deltas) > 0.5 * len(found) else tables_of_rows(_senml(found), path)
+    of_deltas = sum(is_delta(obj) for _, obj in found) > 0.5 * len(found)
+    tables = tables_of_deltas(found, path) if of_deltas else tables_of_rows(_senml(found), path)
     # an object `"units": {"heading": "deg"}` at the begin or end of the text
     stated = (content_of(match[1]) for part in (text[:HEAD], text[-HEAD:]) for match in UNITS_OBJECT.finditer(part))
     units = {k: v for own in stated if isinstance(own, dict) for k, v in own.items() if isinstance(v, str)}
@@ -185,7 +185,7 @@ def _senml(found: Sequence[Row]) -> Sequence[Row]:
 
 BY, RUDDER = "Signal K states it", "starboard"
 """Who states it, and the side of a positive rudder angle."""
-MOST = {"rad": 6.3, "rad/s": 1.6, "m/s": 60.0, "deg": 180.0}
+MOST = {"rad": 6.3, "rad/s": 1.6, "m/s": 60.0, "deg": 180.0, "rps": 100.0}
 """Largest size of a number of a unit; beyond it whoever wrote the table has changed the units."""
 
 
@@ -224,7 +224,8 @@ def with_signal_k(table: RawTable) -> RawTable:
 
 def _told(column: RawColumn) -> RawColumn:
     paths = stated_fields("Signal K")["delta"]
-    path = next((p for p in paths if re.search(rf"(?<![a-z]){re.escape(p)}(?:[._]value)?$", column.name)), None)
+    ends = ((p, re.escape(p).replace(r"\*", r"[^.]+")) for p in paths)
+    path = next((p for p, end in ends if re.search(rf"(?<![a-z]){end}(?:[._]value)?$", column.name)), None)
     if path is None or column.known or column.unit or not column.numeric:
         return column
     _, quantity, unit = paths[path]
@@ -234,20 +235,28 @@ def _told(column: RawColumn) -> RawColumn:
     return replace(column, unit=unit, known=quantity, source=f"{BY}: {path}", side=side)
 
 
-def tables_of_deltas(deltas: Sequence[Row], path: Path) -> list[RawTable]:
-    """A table for every path of every source."""
-    series: dict[tuple[str, str], list[tuple[int, str, float]]] = defaultdict(list)
-    for line, message in deltas:
+def tables_of_deltas(found: Sequence[Row], path: Path) -> list[RawTable]:
+    """A table for every path of every source of the vessel itself; where the log does not say which one that is, with
+    the vessel of every row."""
+    deltas = [(line, message, str(message.get("context", ""))) for line, message in found if is_delta(message)]
+    hellos = {str(message["self"]) for _, message in found if isinstance(message.get("self"), str)}
+    own = {"", "vessels.self", *hellos, *(f"vessels.{name}" for name in hellos)}
+    vessels = {context for *_, context in deltas}
+    if mine := vessels & own or (vessels if len(vessels) == 1 else set()):
+        deltas = [(line, message, "") for line, message, context in deltas if context in mine]
+    series: dict[tuple[str, str], list[tuple[int, str, float, str]]] = defaultdict(list)
+    for line, message, context in deltas:
         for time, source, name, number in values_of(message, str(message.get("timestamp", ""))):
-            series[source, name].append((line, time, number))
+            series[source, name].append((line, time, number, context))
     several = len({source for source, _ in series}) > 1
     tables = []
-    for (source, name), own in series.items():
-        if len(own) < FEWEST or not name:
+    for (source, name), rows in series.items():
+        if len(rows) < FEWEST or not name:
             continue
-        lines, times, numbers = zip(*own, strict=True)
+        lines, times, numbers, contexts = zip(*rows, strict=True)
         time = RawColumn("time", "", times, "", f"{BY}: UTC")
         column = RawColumn(name, "", np.array(numbers), source=f"source {source}" if source else "")
+        vessel = (RawColumn("vessel id", "", contexts),) if any(contexts) else ()
         sheet = f"{source} {name}".strip() if several else name
-        tables.append(RawTable.of(path, (time, column), f"{len(own)} values", sheet, lines))
+        tables.append(RawTable.of(path, (time, column, *vessel), f"{len(rows)} values", sheet, lines))
     return tables

@@ -23,6 +23,8 @@ SPACED = re.compile(r"\s*(\(\d+\.\d+\))\s+(\S+)\s+([0-9A-F]{8})\s+\[\d\]\s+((?:[
 """A frame as candump prints it on a terminal: its length in brackets, its bytes apart."""
 YDVR = re.compile(r"\d\d:\d\d:\d\d\.\d{3}\s+[RT]\s+[0-9A-F]{8}(\s+[0-9A-F]{2})+", re.IGNORECASE)
 PLAIN = re.compile(r"\d{4}-\d\d-\d\d[T-]\d\d:\d\d:\d\d\.\d+Z?,\d+,\d{5,6},\d+,\d+,\d+(,[0-9a-f]{2})+", re.IGNORECASE)
+ACTISENSE = re.compile(r"A(\d\d)(\d\d)(\d\d\.\d{3}) [0-9A-F]{5} [0-9A-F]{5} [0-9A-F]+\s*$")
+"""A message of Actisense's NMEA 2000 ASCII; its clock is a time of day."""
 JSON_LINE = re.compile(r"\s*\{(?=.*\"fields\").*\"pgn\"\s*:\s*\"?\d+.*\}\s*,?\s*$")
 DIRECTIONS = ("heading", "cog")
 FULL_TURN = 6.2833
@@ -38,7 +40,7 @@ def read_n2k(text: str, path: Path) -> list[RawTable] | None:
     BadInput : the package nmea2000 is missing, or no message is known.
     """
     first = [line for line in text[:20000].splitlines()[:100] if line.strip()][:-1]
-    kinds = (CANDUMP, YDVR, PLAIN, JSON_LINE)
+    kinds = (CANDUMP, YDVR, PLAIN, ACTISENSE, JSON_LINE)
     if len(first) < 3 or sum(any(kind.match(line) for kind in kinds) for line in first) <= 0.8 * len(first):
         return None
     json_lines = JSON_LINE.match(next((line for line in text.splitlines() if '"pgn"' in line), "")) is not None
@@ -49,7 +51,7 @@ def read_n2k(text: str, path: Path) -> list[RawTable] | None:
         found = [value for name, value in fields.items() if name.endswith("instance") and value is not None]
         groups[pgn, source, (str(found[0]) if found else "")].append((line, time, fields))
     degrees = json_lines and not _in_radians(text[:400].replace(" ", ""), messages)
-    dated = not any(YDVR.match(line) for line in text.splitlines()[:20])
+    dated = not any(YDVR.match(line) or ACTISENSE.match(line) for line in text.splitlines()[:20])
     made = (_table(path, key, own, degrees, dated) for key, own in groups.items())
     tables = usable(made, path, "no message of NMEA 2000 that can be used")
     return with_faults(tables, faults, len(messages) + len(faults))
@@ -75,7 +77,9 @@ def _decoded(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, di
             continue
         if message is not None and str(message.PGN) in known:
             fields = {re.sub(r"\W|_", "", field.id).lower(): field.value for field in message.fields}
+            clock = ACTISENSE.match(line.strip())
             stamp = message.timestamp.replace(tzinfo=datetime.UTC).timestamp()
+            stamp = 3600.0 * int(clock[1]) + 60.0 * int(clock[2]) + float(clock[3]) if clock else stamp
             out.append((number, message.PGN, message.source, stamp, fields))
     return out, faults
 

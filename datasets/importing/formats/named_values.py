@@ -43,6 +43,8 @@ def read_named_values(text: str, path: Path) -> list[RawTable] | None:
 
 SIZED = re.compile(rf"({DECIMAL})([A-Za-z°%][A-Za-z°/%]*)?")
 """A number with a unit or without."""
+SIDED = re.compile(rf"[A-Za-z]{DECIMAL}|{DECIMAL}[A-Za-z]")
+"""A number with the letter of a side."""
 PAIR = re.compile(r'(?<![^\s,;|])([^\W\d][\w.\-/]*)\s?[=:]\s?("[^"]*"|[^\s,;|"=]+)(?=[\s,;|]|$)')
 
 
@@ -50,14 +52,16 @@ def _are_pairs(lines: Sequence[str]) -> bool:
     """Whether most lines hold numbers, each behind its name and a sign of equality, or behind a colon, the same names
     in all."""
     named = [_names(line) for line in lines]
+    usual = max(named, key=named.count)
     equal = [sum(sign == "=" for _, sign in own) >= FEWEST for own in named]
-    alike = [len(own) >= FEWEST and own == named[0] for own in named]
+    alike = [len(own) >= FEWEST and own == usual for own in named]
     return any(sum(fits) > 0.8 * len(lines) for fits in (equal, alike))
 
 
 def _names(line: str) -> list[tuple[str, str]]:
     """(name, sign) of the numbers of a line."""
-    pairs = (match for match in PAIR.finditer(line[:LONGEST]) if _number_and_unit(match[2]) is not None)
+    found = PAIR.finditer(line[:LONGEST])
+    pairs = (match for match in found if _number_and_unit(match[2]) is not None or SIDED.fullmatch(match[2]))
     return [(match[1], "=" if "=" in match[0] else ":") for match in pairs]
 
 

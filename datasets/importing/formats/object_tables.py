@@ -23,6 +23,7 @@ KINDS = listed("object_kinds")
 """Names of a key that says what kind of record an object is."""
 MOST_KEYS, MOST_KINDS, MOST_ITEMS, DEEPEST = 300, 60, 16, 8
 """Keys of an object, kinds of objects, items of an array, and levels that are read."""
+COORDINATES = re.compile(r"(?:^|\.)coordinates\[([01])\]$")
 FEWEST = 3
 """Objects below which there is no table."""
 HALVES = re.compile(r"\\u[dD][89a-fA-F][0-9a-fA-F]{2}")
@@ -96,8 +97,9 @@ def _flat(value: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, A
         for key, one in value.items():
             yield from _flat(one, f"{prefix}.{key}".strip("."), depth + 1)
     elif isinstance(value, list):
-        if 0 < len(value) <= MOST_ITEMS and all(isinstance(one, int | float) for one in value):
-            yield from ((f"{prefix}[{i}]", one) for i, one in enumerate(value))
+        plain = all(isinstance(one, int | float | dict) for one in value) and depth < DEEPEST
+        for i, one in enumerate(value) if 0 < len(value) <= MOST_ITEMS and plain else ():
+            yield from _flat(one, f"{prefix}[{i}]", depth + 1)
     elif isinstance(value, bool | int | float | str):
         yield prefix, value
 
@@ -125,6 +127,9 @@ def _column(
 ) -> RawColumn:
     """A key as a column: the value of a topic is called as the topic; one with a unit beside it has that."""
     place = key.rpartition(".")[0]
+    if axis := COORDINATES.search(key):  # of GeoJSON
+        quantity = ("longitude", "latitude")[int(axis[1])]
+        return RawColumn(key, "deg", _cells([row.get(key) for _, row in own], True), quantity, "GeoJSON states it")
     values = [row.get(key) for _, row in own]
     numbers = all(value is None or isinstance(value, bool | int | float) for value in values)
     alone = sum(_last(other) == _last(key) for other in keys) < 2

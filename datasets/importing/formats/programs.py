@@ -20,7 +20,7 @@ from ....models.number_texts import DECIMAL
 from ..cells import Texts
 from ..instruments import UNITS
 from ..moments import moment, without_zone
-from ..names import joined
+from ..names import joined, listed
 from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
 from .fields import StatedField, stated_fields, table_of_fields
 
@@ -167,8 +167,6 @@ TIME, FIELD, VALUE, MEASUREMENT = "_time", "_field", "_value", "_measurement"
 OWN = ("", "result", "table", "_start", "_stop", TIME, FIELD, VALUE, MEASUREMENT)
 """Columns of InfluxDB itself; the others of a block in long form are tags."""
 MOST_SERIES, FEWEST = 200, 3
-GENERIC = ("value", "values", "val", "data")
-"""Names of a field that say nothing: that of the measurement does."""
 
 
 Block: TypeAlias = tuple[list[str], list[tuple[int, list[str]]]]
@@ -230,7 +228,7 @@ def _long(block: Block, path: Path) -> Iterator[RawTable]:
         if len(own) < FEWEST:
             continue
         unit = next((v for v, i in zip(values, tags, strict=True) if joined(names[i]) in UNITS), "")
-        called = measurement if name.lower() in GENERIC and measurement else name
+        called = measurement if joined(name) in listed("values") and measurement else name
         sheet = " ".join(dict.fromkeys(part for part in (measurement, name, *(values[k] for k in several)) if part))
         column = RawColumn(called, unit, Texts([cells[place[VALUE]] for _, cells in own]))
         times = _times([cells[place[TIME]] for _, cells in own])

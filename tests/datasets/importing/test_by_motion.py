@@ -144,6 +144,39 @@ def test_names_that_are_not_known_are_told_beside_those_that_are(ship, tmp_path)
     assert "uvw is yaw rate [deg/min], xq is rudder [deg]" in asked[0].text
 
 
+def lines_of(path, columns):
+    rows = (",".join(f"{value:.6g}" for value in row) for row in zip(*columns.values(), strict=True))
+    path.write_text("\n".join([",".join(columns), *rows]), "utf-8")
+    return path
+
+
+@pytest.mark.parametrize("turned", [True, False])
+def test_a_wind_that_turns_back_as_the_ship_turns_counts_from_the_bow(ship, tmp_path, turned):
+    heading = np.degrees(ship.column("heading_rad"))
+    columns = {"time [s]": ship.time_s, "heading [deg]": heading % 360.0, "rudder [deg]": np.degrees(ship.rudder())}
+    wind = {"wind direction [deg]": (40.0 - turned * heading) % 360.0, "wind speed [m/s]": 9.0 + 0.01 * heading}
+    record = helmbench.import_log(lines_of(tmp_path / "log.csv", columns | wind), positive_rudder="starboard").record
+    assert record.has("wind_speed_m_s", "wind_direction_rad") is not turned
+
+
+@pytest.mark.parametrize("current", [0.0, 1.2])
+def test_a_speed_that_is_not_always_that_of_the_track_is_asked(ship, tmp_path, current):
+    speed = np.hypot(ship.column("surge_m_s"), ship.column("sway_m_s"))
+    columns = {"time [s]": ship.time_s, "heading [deg]": np.degrees(ship.column("heading_rad")) % 360.0,
+               "rudder [deg]": np.degrees(ship.rudder()), "north [m]": ship.column("north_m"),
+               "east [m]": ship.column("east_m") + current * ship.time_s, "speed [m/s]": speed}  # fmt: skip
+    draft = helmbench.draft_import(lines_of(tmp_path / "log.csv", columns), positive_rudder="starboard")
+    told = next(one for one in draft.columns if one.column == "speed")
+    assert (told.sure == "other channel") is (current == 0.0)
+
+
+def test_of_two_pairs_of_units_the_one_that_fits_is_told(ship, tmp_path):
+    columns = {"t": ship.time_s, "psi": ship.column("heading_rad"), "delta": np.degrees(ship.rudder()),
+               "r": np.degrees(ship.column("yaw_rate_rad_s"))}  # fmt: skip
+    units = {one.column: one.unit for one in helmbench.draft_import(lines_of(tmp_path / "log.csv", columns)).columns}
+    assert units["psi"] == "rad" and units["r"] == "deg/s"
+
+
 def test_stamps_that_were_rounded_are_spread_over_their_rows(ship, tmp_path):
     """Three significant digits: many rows repeat the time of the row before, ever more of them."""
     path = nameless(ship, tmp_path)

@@ -1,5 +1,7 @@
 """Choices about a whole log: its map is accepted again, and nothing of what was not chosen gets into the record."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -144,3 +146,55 @@ def test_the_page_says_how_surely_each_channel_is_known(run, tmp_path):
     assert {row["channel"] for row in assumed if row["sure"] == "assumed"} == {
         "thrust_port_N", "thrust_starboard_N", "rudder_command_rad",
     }  # fmt: skip
+
+
+def deltas(run, path, contexts):
+    """Signal K's deltas of vessels: context -> how much its heading is turned, rad."""
+    rows = []
+    for t, psi, delta in zip(run.t, run.psi, run.delta, strict=True):
+        for context, turned in contexts.items():
+            values = [{"path": "navigation.headingTrue", "value": (psi + turned) % (2.0 * np.pi)}]
+            values += [{"path": "steering.rudderAngle", "value": delta}] if turned == 0.0 else []
+            stamp = f"2026-05-04T10:{int(t // 60):02d}:{t % 60:06.3f}Z"
+            rows.append({"context": context, "updates": [{"timestamp": stamp, "values": values}]})
+    path.write_text("\n".join(map(json.dumps, rows)), "utf-8")
+    return path
+
+
+def test_deltas_of_other_vessels_stay_out(run, tmp_path):
+    other, own = "vessels.urn:mrn:imo:mmsi:211000001", "vessels.urn:mrn:imo:mmsi:211000002"
+    path = deltas(run, tmp_path / "self.jsonl", {other: 1.0, "vessels.self": 0.0})
+    record = helmbench.import_log(path).record
+    np.testing.assert_allclose(np.unwrap(record.column("heading_rad")), np.unwrap(run.psi), atol=1e-3)
+    path = deltas(run, tmp_path / "two.jsonl", {other: 1.0, own: 0.0})
+    (question,) = helmbench.draft_import(path).questions
+    assert question.id == "vessel" and {answer.key for answer in question.answers} == {other, own}
+    record = helmbench.import_log(path, answers={"vessel": own}).record
+    np.testing.assert_allclose(np.unwrap(record.column("heading_rad")), np.unwrap(run.psi), atol=1e-3)
+
+
+def answered_in_its_map(files, place, choice):
+    """The import of a log whose draft has the lines of an answer in the place of those of the same columns."""
+    draft = helmbench.draft_import(files)
+    (question,) = draft.questions
+    draft.write_mapping(place, force=True)
+    text = place.read_text("utf-8")
+    for line in question.answers[choice].line.splitlines():
+        name = line.partition(",")[0]
+        text = "\n".join(f"      {line}" if own.strip().startswith(name) else own for own in text.splitlines())
+    place.write_text(text, "utf-8")
+    return helmbench.import_log(files, mapping=place).record
+
+
+def test_a_column_that_waits_for_an_answer_is_used_after_it(run, tmp_path):
+    columns = {"yaw rate [deg/s]": fixed(run.r * D, 4), "x [m]": fixed(run.north, 2), "y [m]": fixed(run.east, 2),
+               "rudder [deg]": fixed(run.delta * D, 2)}  # fmt: skip
+    files = table(tmp_path / "log.csv", {"time [s]": series(run)["t"], **columns})
+    record = answered_in_its_map(files, tmp_path / "map.yaml", 0)
+    np.testing.assert_allclose(record.column("east_m"), run.east, atol=0.02)
+
+
+def test_the_other_one_of_two_rudders_is_chosen_in_the_map(run, tmp_path):
+    fixed_one = {"rudder port [deg]": fixed(8.0 * np.sin(run.t), 2), "rudder stbd [deg]": fixed(run.delta * D, 2)}
+    record = answered_in_its_map(written(run, tmp_path, **fixed_one), tmp_path / "map.yaml", 1)
+    np.testing.assert_allclose(record.column("rudder_rad"), run.delta, atol=1e-3)

@@ -18,6 +18,7 @@ from helmbench.datasets.importing.headers import read_header, west_or_south
 from helmbench.datasets.importing.moments import moment
 from helmbench.datasets.importing.names import named
 from helmbench.datasets.importing.raw import RawColumn
+from helmbench.datasets.importing.reading import frame_stated
 from helmbench.datasets.importing.segments import cut, find_segments
 from helmbench.datasets.record import Record
 
@@ -129,10 +130,10 @@ def test_what_a_header_states(text, dimension, unit, positive):
         ("Lon W", ("lon",), True),
         ("Longitude [°E]", ("longitude",), False),
         ("Breite [° N]", ("breite",), False),
-        ("Latitude [deg]", ("latitude",), None),
-        ("Latitude N/S", ("latitude", "n", "s"), None),
-        ("Position E [m]", ("position", "e"), None),
-        ("GPS N [m]", ("gps", "n"), None),
+        ("Latitude [deg]", ("latitude",), False),
+        ("Latitude N/S", ("latitude", "n", "s"), False),
+        ("Position E [m]", ("position", "e"), False),
+        ("GPS N [m]", ("gps", "n"), False),
     ],
 )
 def test_the_letter_of_a_hemisphere(text, words, turned):
@@ -299,3 +300,19 @@ def test_manoeuvres_are_found_from_the_rudder():
     parts = cut(joined(*runs))
     assert all(part.time_s[0] == 0.0 and part.meta.manoeuvre == segment.text for segment, part in parts)
     assert len({part.name for _, part in parts}) == len(parts)
+
+
+@pytest.mark.parametrize(
+    ("lines", "frame"),
+    [
+        (("Coordinate system: ENU",), "enu"),
+        (("body frame NED", "world frame: ENU"), ""),
+        (("AXES: X FORWARD, Y PORT, Z UP",), "nwu"),
+        (("axes: x east, y north, z up",), "enu"),
+        (("ship axes, z pointing down",), "ned"),
+        (("all angles to port positive, x ahead, y to port",), "nwu"),
+        (("x [m], y [m]", "run 12"), ""),
+    ],
+)
+def test_lines_that_state_to_where_axes_point(lines, frame):
+    assert frame_stated(lines) == frame

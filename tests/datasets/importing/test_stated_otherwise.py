@@ -251,3 +251,103 @@ def test_a_unit_of_time_that_no_log_has_is_asked(per_second, form, tmp_path):
     (question,) = (one for one in found.questions if one.about == "time")
     assert "no log is written" in question.text
     assert {"seconds", form} <= {answer.key for answer in question.answers}
+
+
+@pytest.mark.parametrize("first", ["", "#"])
+def test_a_row_of_units_with_nothing_over_the_time(tmp_path, first):
+    path = tmp_path / "log.csv"
+    rows = (
+        f"2026-03-04 10:00:{t:04.1f};{h:.2f};{r:.1f};{60.0 + t:.1f};12.5"
+        for t, h, r in zip(TIME, HEADING, RUDDER, strict=True)
+    )
+    path.write_text(
+        "\n".join(["Time;Heading;Rudder;Propeller.1.RPM;Wind.1.Speed", f"{first};deg;deg;%;kn", *rows]), "utf-8"
+    )
+    assert columns(path) == {
+        "Time": ("time", "iso"), "Heading": ("heading", "deg"), "Rudder": ("rudder", "deg"),
+        "Wind.1.Speed": ("wind_speed", "kn"),
+    }  # fmt: skip
+
+
+def test_the_axes_and_the_time_step_above_a_table_of_codes(tmp_path):
+    yaw, rate = np.radians(HEADING - 90.0), 4.0 * np.cos(TIME / 5.0)
+    north, east = np.cumsum(np.cos(yaw)), np.cumsum(np.sin(yaw))
+    legend = ["; AXES: X FORWARD, Y PORT, Z UP", "; CH1 rudder angle [deg] positive = port",
+              "; CH2 Rate gyro Z [deg/s]", "; Sample interval 0.5 s",
+              "SAMPLE,CH1,CH2,PSI [deg],XO [m],YO [m],VM [m/s]"]  # fmt: skip
+    rows = np.column_stack([-RUDDER, -rate, -np.degrees(yaw), north, -east, 0.02 * rate])
+    lines = [f"{i}," + ",".join(f"{x:.6f}" for x in row) for i, row in enumerate(rows)]
+    path = tmp_path / "run.out"
+    path.write_text("\n".join([*legend, *lines]), "utf-8")
+    (found,) = helmbench.import_log([path]).records
+    assert found.meta.positive_rudder == "port"
+    np.testing.assert_allclose(found.time_s, TIME)
+    truth = {"heading_rad": yaw, "yaw_rate_rad_s": np.radians(rate), "north_m": north, "east_m": east}
+    for channel, values in truth.items():
+        np.testing.assert_allclose(found.column(channel), values, atol=1e-5, err_msg=channel)
+
+
+def test_the_whole_of_per_cent_is_stated_in_a_comment(tmp_path):
+    path = text(tmp_path, "time [s],heading [deg],rudder [%]", name="log.csv")
+    path.write_text(f"# rudder: 100 % = 45 deg starboard\n{path.read_text('utf-8')}", "utf-8")
+    (found,) = helmbench.import_log([path], positive_rudder="starboard").records
+    np.testing.assert_allclose(np.degrees(found.rudder()), 0.45 * RUDDER, atol=1e-3)
+
+
+def test_x_and_y_in_degrees_are_no_metres(tmp_path):
+    rows = np.column_stack([4.0 * TIME, 10.3 + 1e-4 * TIME, 54.42 + 0.0 * TIME, HEADING, RUDDER])
+    path = tmp_path / "log.csv"
+    lines = [",".join(f"{x:.6f}" for x in row) for row in rows]
+    path.write_text("\n".join(["time [s],X,Y,heading [deg],rudder [deg]", *lines]), "utf-8")
+    assert columns(path)["X"] == ("longitude", "deg") and columns(path)["Y"] == ("latitude", "deg")
+
+
+@pytest.mark.parametrize("form", ["HDG:{:05.1f} RUD:{}{:04.1f} ROT:{:+06.1f}", "hdg={:.1f} rud={}{:.1f} rot={:.2f}"])
+def test_lines_of_names_and_values_with_sides(tmp_path, form):
+    rates = 60.0 * np.gradient(HEADING, TIME)
+    lines = [
+        f"[10:00:{t:06.3f}] " + form.format(h, "R" if r >= 0.0 else "L", abs(r), rate)
+        for t, h, r, rate in zip(TIME, HEADING, RUDDER, rates, strict=True)
+    ]
+    path = tmp_path / "capture.log"
+    path.write_text("\n".join(["*** capture started ***", *lines]), "utf-8")
+    rudder = next(one for one in draft(path).columns if one.column.lower() == "rud")
+    assert (rudder.quantity, rudder.sign) == ("rudder", "positive to starboard") and rudder.smallest < -19.0
+
+
+def test_messages_of_nmea_2000_as_actisense_prints_them(tmp_path):
+    lines = []
+    for t, h, r in zip(TIME, HEADING, RUDDER, strict=True):
+        stamp = f"A1000{t:06.3f}"
+        own = (round(np.radians(x) * 1e4).to_bytes(2, "little", signed=x is r).hex().upper() for x in (h, r))
+        lines += [f"{stamp} 23FF2 1F112 01{next(own)}FF7FFF7FFC", f"{stamp} 2CFF2 1F10D 00F8FF7F{next(own)}FFFF"]
+    path = tmp_path / "n2k.txt"
+    path.write_text("\n".join(lines), "utf-8")
+    (found,) = helmbench.import_log([path], positive_rudder="starboard").records
+    np.testing.assert_allclose(np.degrees(found.column("heading_rad")), HEADING, atol=0.01)
+    np.testing.assert_allclose(found.time_s, TIME, atol=1e-6)
+
+
+@pytest.mark.parametrize("units", ["SI, rad", ""])
+def test_series_with_a_time_each_are_asked_together(tmp_path, units):
+    yaw = np.radians(HEADING)
+    series = {"psi": yaw, "r": np.gradient(yaw, TIME), "u": 7.0 + 0.1 * np.sin(TIME / 5.0), "delta": np.radians(RUDDER)}
+    log = {name: {"Time": TIME, "Data": values} for name, values in series.items()}
+    savemat(tmp_path / "run.mat", {"log": log, "meta": {"frame": "NED", **({"units": units} if units else {})}})
+    found = draft(tmp_path / "run.mat")
+    asked = [question for question in found.questions if question.about in ("unit", "columns")]
+    assert len(asked) == (0 if units else 1)
+    if not units:
+        assert all(name in asked[0].text for name in ("delta is rudder", "u is surge"))
+    assert {one.column: one.unit for one in found.columns if one.column in ("psi", "delta")} == {
+        "psi": "rad",
+        "delta": "rad",
+    }
+
+
+def test_a_rudder_that_is_stuck_beside_one_that_moves_is_not_used(tmp_path, rng):
+    stuck = -2.0 + 0.05 * rng.standard_normal(N)
+    rows = np.column_stack([TIME, HEADING, stuck, RUDDER])
+    lines = [",".join(f"{x:.4f}" for x in row) for row in rows]
+    (tmp_path / "log.csv").write_text("\n".join(["time [s],heading [deg],rudder port [deg],rudder stbd [deg]", *lines]))
+    assert "rudder stbd" in columns(tmp_path / "log.csv") and "rudder port" not in columns(tmp_path / "log.csv")
