@@ -390,7 +390,7 @@ def flow_speeds(choice: Choice, one: Entered) -> dict[int | None, tuple[float, f
     """Record of a flow's own, None: all -> its speed and half of the 90 % interval, m/s; none of another candidate."""
     final, halves = choice.selection.final, half_intervals(choice.runs, choice.selection.final, choice.beside)
     pairs: dict[int | None, list[str]] = {}
-    for name in one.candidate.names:
+    for name in one.candidate.names if choice.bank.cause_of(one.candidate) in FLOWS else ():  # not of steady forces
         if (place := choice.bank.places[name]).kind == "flow":
             pairs.setdefault(place.record, []).append(name)
     ends = {record: ([final.value(n) for n in own], [halves[n] for n in own]) for record, own in pairs.items()}
@@ -436,10 +436,11 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
     base = minimise(runs, (), {}, runs.no_own)
     if options.coefficient_sd == 0.0:
         return Choice(runs, select(runs, candidates, EXACT, base))
-    if runs.worst(base) <= ENOUGH:
-        candidates = tuple(c for c in candidates if c.rank == INPUT)
     rules = Rules(*MATTERS, _enough(runs), last_rank=FORCE)
-    choice = _beside_neutral_angle(Choice(runs, select(runs, candidates, rules, base)), rules)
+    selection = select(runs, candidates, rules, base)
+    if runs.worst(base) <= ENOUGH and any(c.rank != INPUT for c in selection.candidates):
+        selection = select(runs, [c for c in candidates if c.rank == INPUT], rules, base)
+    choice = _beside_neutral_angle(Choice(runs, selection), rules)
 
     @cache
     def whole() -> Fitted:

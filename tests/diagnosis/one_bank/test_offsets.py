@@ -77,3 +77,11 @@ def test_a_zero_in_one_record_is_judged_with_the_own_trim_of_others(rng):
     (offset,) = found.causes
     assert offset.cause == "rudder_offset" and found.remaining == ()
     assert {s.record: s.value for s in offset.sizes}["off"] == pytest.approx(ZERO, rel=0.1)
+
+
+@pytest.mark.parametrize("vessel", ["mariner", "kvlcc2-l7"])
+def test_a_steady_force_beside_a_base_that_may_be_inexact_is_named(vessel, rng):
+    case = inject(FaultCase(vessel, ("constant_force",), "large"), rng)
+    found = diagnose(resolve(vessel), case.train, case.held_out)
+    print(found.verdict, [(f.cause, f.tied_with) for f in found.causes])
+    assert any("constant_force" in (f.cause, *f.tied_with) for f in found.causes)
