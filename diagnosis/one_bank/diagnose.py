@@ -65,6 +65,9 @@ each takes a diagnosis of its own."""
 LITTLE = 0.02
 """Rise of the logarithm of held-out errors without trim from which few candidates do not stand alone for all numbers of
 the model: an angle whose size is wrong, as a delay is not named, does worse than none."""
+NOT_FOLLOWED = 1.0
+"""Error of records that are apart, as a share of the motion, from which they are left out though the others are not
+explained: they are of another ship, or a column of theirs is wrong."""
 BARRED = 2
 """Candidates that are barred at most, as whole records are predicted worse with them."""
 
@@ -133,8 +136,9 @@ def _with_apart(
     held_out: Sequence[Record],
     options: Options,
 ) -> tuple[Choice, Diagnosis]:
-    """The choice and the diagnosis without records that are apart, where these explain the others; else those of all
-    records.  Both say which records are apart, and what a diagnosis of these alone names.
+    """The choice and the diagnosis without records that are apart, where these explain the others, or the model does
+    not follow those at all; else those of all records.  Both say which records are apart, and what a diagnosis of these
+    alone names beside others that are explained.
 
     errors : of the records that are apart, and the largest one of the others (`answer.apart`).
     """
@@ -145,12 +149,14 @@ def _with_apart(
     explains = False
     with suppress(CannotFit, FitFailed):
         rest, of_rest, _ = _choice_and_diagnosis(model, replace(behind, train=others), held_out, options)
-        explains = rest.runs.worst(rest.selection.final) <= SMALL
+        left = rest.runs.worst(rest.selection.final)
+        explains = left <= SMALL or min(few.values()) > NOT_FOLLOWED
         if explains and not _are_apart(choice, rest, few):
             return rest, of_rest
         if explains:
             choice, diagnosis = rest, replace(of_rest, apart=tuple(few))
-            of_own = _of_apart(_beyond(of_rest, model, replace(behind, train=own), options), few)
+            if left <= SMALL:
+                of_own = _of_apart(_beyond(of_rest, model, replace(behind, train=own), options), few)
             diagnosis = with_causes(diagnosis, (*diagnosis.causes, *of_own))
     each = ", ".join(f"{name} ({of_motion(error)})" for name, error in few.items())
     said = f"the model errs in {each} by far more than in the other records (at most {of_motion(most)})"

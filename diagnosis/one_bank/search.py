@@ -7,6 +7,7 @@ few numbers that explain the records alone.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING
@@ -394,9 +395,7 @@ def flow_speeds(choice: Choice, one: Entered) -> dict[int | None, tuple[float, f
         if (place := choice.bank.places[name]).kind == "flow":
             pairs.setdefault(place.record, []).append(name)
     ends = {record: ([final.value(n) for n in own], [halves[n] for n in own]) for record, own in pairs.items()}
-    return {
-        r: (float(np.hypot(*values)), float(np.hypot(*spread)) / np.sqrt(2.0)) for r, (values, spread) in ends.items()
-    }
+    return {r: (math.hypot(*values), math.hypot(*spread) / math.sqrt(2.0)) for r, (values, spread) in ends.items()}
 
 
 def _matters(choice: Choice, one: Entered) -> bool:
