@@ -27,9 +27,7 @@ WITH_ZONE = re.compile(
     r".*(\dZ|:\d\d(?:[.,]\d+)?\s?[+-]\d{2}(?::?\d{2})?(?: [A-Z]{3,4})?|T\d{4,6}(?:[.,]\d+)?[+-]\d{2}:?\d{2}|UTC|GMT)$"
 )
 """A moment with the offset of its zone; the year of a date is none."""
-AHEAD = re.compile(
-    r"\b(?:utc|gmt)\s*(?P<sign>[+-])\s*(?P<hours>\d{1,2}(?:\.\d)?)(?::?(?P<minutes>\d{2}))?\b", re.IGNORECASE
-)
+AHEAD = re.compile(r"\b(?:utc|gmt)\s*([+-])\s*(\d{1,2}(?:\.\d)?)(?::?(\d{2}))?\b", re.IGNORECASE)
 """How much the clocks of a zone are ahead of UTC."""
 OF_ZONE = re.compile(r"zone\b|\btimes\b|\bzeiten\b", re.IGNORECASE)
 """Words of a line that states the zone of all times."""
@@ -389,8 +387,8 @@ def _ahead(table: RawTable, columns: Sequence[RawColumn], form: Form | None) -> 
     for text in () if counts or any(map(WITH_ZONE.fullmatch, shown)) else texts:
         match, hours = AHEAD.search(text), next((zones[word] for word in words(text) if word in zones), None)
         if match:
-            size = 3600.0 * float(match["hours"]) + 60.0 * int(match["minutes"] or 0)
-            return -size if match["sign"] == "-" else size
+            size = 3600.0 * float(match[2]) + 60.0 * int(match[3] or 0)
+            return -size if match[1] == "-" else size
         if hours is not None:
             return 3600.0 * hours
     return None
