@@ -22,10 +22,9 @@ def model():
     return nomoto.with_coefficients(nomoto.from_parameters({"T": T_S, "K": GAIN}))
 
 
-def torn(record, seed=1):
-    """The record without three rows of ten."""
-    kept = np.random.default_rng(seed).random(record.n) > 0.3
-    kept[[0, -1]] = True
+def torn(record):
+    """The record without nine of each fifteen rows."""
+    kept = np.arange(record.n) % 15 < 6
     return replace(record, time_s=record.time_s[kept], channels={k: v[kept] for k, v in record.channels.items()})
 
 
