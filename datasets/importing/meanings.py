@@ -55,6 +55,9 @@ STANDS, STANDS_S, FAR_OFF = 1.0, 60.0, 100.0
 as a multiple of it."""
 SAME_EVER, OVER_S = 0.025, 10.0
 """How near it must be at all times (root mean square, as a share), over so many seconds."""
+LEAST_ARM_M, NEARER_RATE = 1.0, 0.5
+"""Distance of two places of a ship from which on their speeds sideways are not one; variance of their difference that
+the yaw rate leaves, as a share of that which either speed leaves."""
 SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
@@ -297,7 +300,14 @@ def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFin
     still = max(one, two) > 0.0 and min(one, two) <= share * max(one, two)
     stuck = still and used.quantity not in ("latitude", "longitude")
     chosen, why = used, ""
-    if "quantity" in used.bounded and "quantity" not in found.bounded:
+    bounded = [f for f in (used, found) if "quantity" in f.bounded]
+    if not bounded and (arm := _arm(log, used, found)):
+        why = f"{used.column.name} and {found.column.name} differ by {arm:.3g} m times the yaw rate: speeds of two"
+        why += " places of the ship, none of them that of the reference point"
+        log.change(found, found.unused(why))
+        log.change(used, opened := used.unused(why))
+        return opened
+    if bounded == [used]:
         why = f"{used.column.name} is used, as {used.why[-1]}"
     elif told is not None and told[0]:
         why = f"{told[1]}; that one is used"
@@ -312,16 +322,37 @@ def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFin
         text = f"{used.column.name!r} and {name!r} are both a {quantity.replace('_', ' ')}: which one is used?"
         text += f" The second {told[1]}." if told and told[1] else ""
         one = Answer(NOT_USED, used.column.name, line_of(found, to=NOT_USED))
-        other = Answer(quantity, name, f"{line_of(found)}\n{line_of(used, to=NOT_USED)}")
+        mapped = "quantity" in used.bounded  # both by the map; else both are open in it, and one line answers it
+        also = f"\n{line_of(used, to=NOT_USED)}" if mapped else ""
+        other = Answer(quantity, name, line_of(found) + also)
         asked = Question(identifier(found, "quantity"), "quantity", found.table.label, name, text, (one, other))
         settled = log.answered(replace(found, questions=(asked,), sure="guess"))
         log.change(found, settled)
+        if settled.questions and not mapped:
+            log.change(used, opened := replace(used, waits=True))
+            return opened
         if not settled.may_be or settled.questions:
             return used
         chosen, found, why = settled, settled, f"{settled.column.name} is used, as answered"
     other = used if chosen is found else found
     log.change(other, other.unused(why))
     return chosen
+
+
+def _arm(log: RawLog, one: ColumnFinding, other: ColumnFinding) -> float | None:
+    """Metres between the places of two speeds sideways whose difference goes with the yaw rate, and not as well with
+    either of them; None where it does not."""
+    first, second = (log.series(f) if f.quantity == "sway" and f.unit else None for f in (one, other))
+    rate = next((s for f, s in log.all("yaw_rate", signed=False) if f.table is one.table is other.table), None)
+    if first is None or second is None or rate is None:
+        return None
+    apart = replace(first, values=first.values - second.values)
+    length, shares = slope(apart, rate), []
+    for series in (rate, first, second):
+        shared = together(apart, series)
+        shares.append(1.0 - correlation(shared[1], shared[2]) ** 2 if shared is not None else 0.0)
+    clear = shares[0] < NEARER_RATE * min(shares[1:])
+    return abs(length) if length is not None and clear and abs(length) > LEAST_ARM_M else None
 
 
 def _span(found: ColumnFinding) -> float:

@@ -198,3 +198,37 @@ def test_the_other_one_of_two_rudders_is_chosen_in_the_map(run, tmp_path):
     fixed_one = {"rudder port [deg]": fixed(8.0 * np.sin(run.t), 2), "rudder stbd [deg]": fixed(run.delta * D, 2)}
     record = answered_in_its_map(written(run, tmp_path, **fixed_one), tmp_path / "map.yaml", 1)
     np.testing.assert_allclose(record.column("rudder_rad"), run.delta, atol=1e-3)
+
+
+@pytest.mark.parametrize(("line", "revolutions"), [("RPM stbd, to: propeller, unit: rpm", 2.5),
+                                                   ("RPM stbd, to: not used", 2.0),
+                                                   ("RPM port, to: propeller, unit: rpm", 2.0)])  # fmt: skip
+def test_one_line_of_the_map_says_which_of_two_columns_is_used(line, revolutions, run, tmp_path):
+    s, slow = series(run), 120.0 + np.sin(run.t)
+    columns = {"rudder [deg]": s["rudder"], "RPM port": fixed(slow), "RPM stbd": fixed(slow + 30.0)}
+    files = written(run, tmp_path, **columns)
+    draft = helmbench.draft_import(files)
+    assert len(draft.questions) == 1 and "which one is used" in draft.questions[0].text
+    draft.write_mapping(tmp_path / "map.yaml")
+    open_line = f'- {{column: {line.partition(",")[0]}, to: "?"}}'
+    text = (tmp_path / "map.yaml").read_text("utf-8")
+    assert text.count(open_line) == 1
+    (tmp_path / "map.yaml").write_text(text.replace(open_line, f"- {{column: {line}}}"), "utf-8")
+    record = helmbench.import_log(files, mapping=tmp_path / "map.yaml").record
+    np.testing.assert_allclose(np.median(record.column("propeller_rps")), revolutions, rtol=0.01)
+
+
+def test_speeds_of_bow_and_stern_are_no_sway(run, tmp_path, rng):
+    sway = np.convolve(-12.0 * run.r, np.ones(24) / 24.0)[: run.t.size]  # later than the yaw rate
+
+    def shown(ahead):
+        return fixed((sway + ahead * run.r + 0.02 * rng.standard_normal(run.t.size)) / (1852.0 / 3600.0))
+
+    speeds = {"Bow transverse speed [kn]": shown(60.0), "Stern transverse speed [kn]": shown(-50.0)}
+    s = series(run)
+    columns = {"rudder [deg]": s["rudder"], "ROT [deg/min]": s["rot_min"], **speeds}
+    found = helmbench.import_log(written(run, tmp_path, **columns))
+    assert not found.record.has("sway_m_s")
+    assert "110 m times the yaw rate" in next(c.why for c in found.report.columns if c.column.startswith("Bow"))
+    twins = {"Sway speed [m/s]": fixed(sway), "Transverse speed [kn]": fixed(sway)}  # one with a wrong unit
+    assert helmbench.draft_import(written(run, tmp_path, **columns | dict.fromkeys(speeds, s["t"]) | twins)).questions
