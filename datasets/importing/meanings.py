@@ -239,7 +239,7 @@ def _axis(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     ways = (("north", velocity), ("east", velocity[::-1])) if velocity is not None and pair is not None else ()
     for quantity, parts in ways:
         told = sense(pair[1], *parts) if pair is not None else None
-        if told is not None and told[0] == "with" and abs(told[1]) < 0.6:
+        if told is not None and told[0] == "with" and abs(told[1]) < other_channels.NEAR:
             name = pair[0].column.name if pair is not None else ""
             return _decided(found, quantity, f"{quantity}: the track agrees with column {name}")
     return found
@@ -299,6 +299,7 @@ def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFin
     one, two = (_span(f) * (f.unit.factor * f.factor if f.unit and share else 1.0) for f in (used, found))
     still = max(one, two) > 0.0 and min(one, two) <= share * max(one, two)
     stuck = still and used.quantity not in ("latitude", "longitude")
+    along = [_goes_along(log, f) for f in (used, found)]
     chosen, why = used, ""
     bounded = [f for f in (used, found) if "quantity" in f.bounded]
     if not bounded and (arm := _arm(log, used, found)):
@@ -313,6 +314,8 @@ def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFin
         why = f"{told[1]}; that one is used"
     elif stuck:  # not whole degrees beside minutes
         chosen, why = (found if one < two else used), "it stays as it is, another one moves"
+    elif {*along} == {True, False}:
+        chosen, why = (used if along[0] else found), "the track goes along another column"
     elif told is None and found.column.known and used.column.known:
         why = f"{used.table.label} states the same, too short to be compared; it is used"
     elif found.questions and not used.questions:
@@ -337,6 +340,14 @@ def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFin
     other = used if chosen is found else found
     log.change(other, other.unused(why))
     return chosen
+
+
+def _goes_along(log: RawLog, found: ColumnFinding) -> bool | None:
+    """Whether a track goes along a heading; None where there is no track, or the ship does not turn."""
+    series = log.series(found) if found.quantity == "heading" and found.unit and found.signed else None
+    tracks = log.tracks() if series is not None else ()
+    way = next((way for _, *track in tracks if series and (way := sense(series, *track)) is not None), None)
+    return None if way is None else way[0] == "with" and abs(way[1]) < other_channels.NEAR
 
 
 def _arm(log: RawLog, one: ColumnFinding, other: ColumnFinding) -> float | None:

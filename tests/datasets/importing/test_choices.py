@@ -232,3 +232,34 @@ def test_speeds_of_bow_and_stern_are_no_sway(run, tmp_path, rng):
     assert "110 m times the yaw rate" in next(c.why for c in found.report.columns if c.column.startswith("Bow"))
     twins = {"Sway speed [m/s]": fixed(sway), "Transverse speed [kn]": fixed(sway)}  # one with a wrong unit
     assert helmbench.draft_import(written(run, tmp_path, **columns | dict.fromkeys(speeds, s["t"]) | twins)).questions
+
+
+def test_the_track_tells_which_of_two_headings_is_that_of_the_ship(run, tmp_path):
+    s = series(run)
+    athwart = {"GPS heading [deg]": fixed((run.psi * D + 90.0) % 360.0, 2)}
+    columns = athwart | {"rudder [deg]": s["rudder"], "lat [deg]": s["lat"], "lon [deg]": s["lon"]}
+    record = helmbench.import_log(written(run, tmp_path, **columns)).record
+    np.testing.assert_allclose(np.sin(record.column("heading_rad")), np.sin(run.psi), atol=1e-3)
+
+
+@pytest.mark.parametrize(("every", "status"), [(15, "left out"), (5, "mend or remove them")])
+def test_rows_that_end_early_are_left_out_where_they_are_few(every, status, run, tmp_path):
+    s = series(run)
+    (path,) = written(run, tmp_path, **{"rudder [deg]": s["rudder"], "ROT [deg/min]": s["rot_min"]})
+    header, *rows = path.read_text("utf-8").splitlines()
+    rows = [row.rpartition(",")[0] if 0 < k < len(rows) - 1 and k % every == 0 else row for k, row in enumerate(rows)]
+    path.write_text("\n".join([header, *rows]), "utf-8")
+    if status != "left out":
+        with pytest.raises(helmbench.BadInput, match=status):
+            helmbench.import_log(path)
+        return
+    found = helmbench.import_log(path)
+    assert status in " ".join(fault.hint for fault in found.report.faults)
+    rows = np.round(found.record.time_s / 0.5).astype(int)
+    np.testing.assert_allclose(found.record.column("yaw_rate_rad_s"), run.r[rows], atol=1e-4)
+
+
+def test_a_rudder_that_is_called_an_angle_is_in_degrees(run, tmp_path):
+    s = series(run)
+    found = helmbench.draft_import(written(run, tmp_path, **{"rudder_ang": s["rudder"], "ROT [deg/min]": s["rot_min"]}))
+    assert not found.questions and next(c.unit for c in found.columns if c.column == "rudder_ang") == "deg"
