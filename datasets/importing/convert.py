@@ -20,9 +20,9 @@ from .raw import RawColumn, RawTable
 from .result import FileFault
 from .times import TableTime
 
-FEW, MANY, HALF = 0.02, 0.2, 0.5
-"""Share of rows that may be left out, of cells of a column that may be gaps for not being numbers, and of sentences or
-messages that may be left out: their checksums tell the bad ones from the others."""
+FEW, UNLIKE, MANY, HALF = 0.02, 0.1, 0.2, 0.5
+"""Share of rows that may be left out for their time, of those for their number of cells, of cells of a column that may
+be gaps for not being numbers, and of sentences or messages: their checksums tell the bad ones from the others."""
 MOST_RUNS = 50
 """Runs of a table; a time that starts again more often is not sorted."""
 HOLE_S, HOLE_STEPS, LATE_STEPS = 60.0, 60.0, 5.0
@@ -91,7 +91,7 @@ def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[li
     faults = []
     if table.faults:  # one for all rows that the reader left out
         total = max(table.lines, table.n + len(table.faults))
-        many = len(table.faults) > (HALF if table.lines else FEW) * total and len(table.faults) > 2
+        many = len(table.faults) > (HALF if table.lines else UNLIKE) * total and len(table.faults) > 2
         row, message, _ = next(iter(table.faults))
         more = f" ({len(table.faults)} of {total} rows are wrong, this is the first)" if len(table.faults) > 1 else ""
         hint = "mend or remove them" if many else "left out"

@@ -50,7 +50,7 @@ class ColumnFinding:
     why: tuple[str, ...] = ()
     questions: tuple[Question, ...] = ()
     waits: bool = False
-    """Whether the column is not used until another question has its answer."""
+    """Whether another question must have its answer before it is known whether the column is used."""
     bounded: tuple[About, ...] = ()
     """What the user decided, by the map or an answer: it is not checked again."""
 

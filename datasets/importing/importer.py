@@ -315,7 +315,7 @@ def _entry(table: RawTable, mapping: Mapping | None, log: RawLog) -> TableMap:
     given, time, columns = entry_of(table, mapping), log.times[table.label], []
     for found in (f for f in log.findings if f.table is table):
         asked = {question.about for question in found.questions}
-        if not found.may_be or found.quantity is None or "quantity" in asked:
+        if not found.may_be or found.quantity is None or found.waits or "quantity" in asked:
             columns.append(ColumnMap(column=found.column.name, to="?" if found.may_be or found.waits else NOT_USED))
             continue
         unit = "?" if found.unit is None or "unit" in asked else found.unit.name

@@ -55,6 +55,9 @@ STANDS, STANDS_S, FAR_OFF = 1.0, 60.0, 100.0
 as a multiple of it."""
 SAME_EVER, OVER_S = 0.025, 10.0
 """How near it must be at all times (root mean square, as a share), over so many seconds."""
+LEAST_ARM_M, NEARER_RATE = 1.0, 0.5
+"""Distance of two places of a ship from which on their speeds sideways are not one; variance of their difference that
+the yaw rate leaves, as a share of that which either speed leaves."""
 SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
@@ -236,7 +239,7 @@ def _axis(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     ways = (("north", velocity), ("east", velocity[::-1])) if velocity is not None and pair is not None else ()
     for quantity, parts in ways:
         told = sense(pair[1], *parts) if pair is not None else None
-        if told is not None and told[0] == "with" and abs(told[1]) < 0.6:
+        if told is not None and told[0] == "with" and abs(told[1]) < other_channels.NEAR:
             name = pair[0].column.name if pair is not None else ""
             return _decided(found, quantity, f"{quantity}: the track agrees with column {name}")
     return found
@@ -296,13 +299,23 @@ def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFin
     one, two = (_span(f) * (f.unit.factor * f.factor if f.unit and share else 1.0) for f in (used, found))
     still = max(one, two) > 0.0 and min(one, two) <= share * max(one, two)
     stuck = still and used.quantity not in ("latitude", "longitude")
+    along = [_goes_along(log, f) for f in (used, found)]
     chosen, why = used, ""
-    if "quantity" in used.bounded and "quantity" not in found.bounded:
+    bounded = [f for f in (used, found) if "quantity" in f.bounded]
+    if not bounded and (arm := _arm(log, used, found)):
+        why = f"{used.column.name} and {found.column.name} differ by {arm:.3g} m times the yaw rate: speeds of two"
+        why += " places of the ship, none of them that of the reference point"
+        log.change(found, found.unused(why))
+        log.change(used, opened := used.unused(why))
+        return opened
+    if bounded == [used]:
         why = f"{used.column.name} is used, as {used.why[-1]}"
     elif told is not None and told[0]:
         why = f"{told[1]}; that one is used"
     elif stuck:  # not whole degrees beside minutes
         chosen, why = (found if one < two else used), "it stays as it is, another one moves"
+    elif {*along} == {True, False}:
+        chosen, why = (used if along[0] else found), "the track goes along another column"
     elif told is None and found.column.known and used.column.known:
         why = f"{used.table.label} states the same, too short to be compared; it is used"
     elif found.questions and not used.questions:
@@ -312,16 +325,45 @@ def _one_of(log: RawLog, used: ColumnFinding, found: ColumnFinding) -> ColumnFin
         text = f"{used.column.name!r} and {name!r} are both a {quantity.replace('_', ' ')}: which one is used?"
         text += f" The second {told[1]}." if told and told[1] else ""
         one = Answer(NOT_USED, used.column.name, line_of(found, to=NOT_USED))
-        other = Answer(quantity, name, f"{line_of(found)}\n{line_of(used, to=NOT_USED)}")
+        mapped = "quantity" in used.bounded  # both by the map; else both are open in it, and one line answers it
+        also = f"\n{line_of(used, to=NOT_USED)}" if mapped else ""
+        other = Answer(quantity, name, line_of(found) + also)
         asked = Question(identifier(found, "quantity"), "quantity", found.table.label, name, text, (one, other))
         settled = log.answered(replace(found, questions=(asked,), sure="guess"))
         log.change(found, settled)
+        if settled.questions and not mapped:
+            log.change(used, opened := replace(used, waits=True))
+            return opened
         if not settled.may_be or settled.questions:
             return used
         chosen, found, why = settled, settled, f"{settled.column.name} is used, as answered"
     other = used if chosen is found else found
     log.change(other, other.unused(why))
     return chosen
+
+
+def _goes_along(log: RawLog, found: ColumnFinding) -> bool | None:
+    """Whether a track goes along a heading; None where there is no track, or the ship does not turn."""
+    series = log.series(found) if found.quantity == "heading" and found.unit and found.signed else None
+    tracks = log.tracks() if series is not None else ()
+    way = next((way for _, *track in tracks if series and (way := sense(series, *track)) is not None), None)
+    return None if way is None else way[0] == "with" and abs(way[1]) < other_channels.NEAR
+
+
+def _arm(log: RawLog, one: ColumnFinding, other: ColumnFinding) -> float | None:
+    """Metres between the places of two speeds sideways whose difference goes with the yaw rate, and not as well with
+    either of them; None where it does not."""
+    first, second = (log.series(f) if f.quantity == "sway" and f.unit else None for f in (one, other))
+    rate = next((s for f, s in log.all("yaw_rate", signed=False) if f.table is one.table is other.table), None)
+    if first is None or second is None or rate is None:
+        return None
+    apart = replace(first, values=first.values - second.values)
+    length, shares = slope(apart, rate), []
+    for series in (rate, first, second):
+        shared = together(apart, series)
+        shares.append(1.0 - correlation(shared[1], shared[2]) ** 2 if shared is not None else 0.0)
+    clear = shares[0] < NEARER_RATE * min(shares[1:])
+    return abs(length) if length is not None and clear and abs(length) > LEAST_ARM_M else None
 
 
 def _span(found: ColumnFinding) -> float:

@@ -27,6 +27,7 @@ from .evidence import (
 )
 from .finding import EITHER_SIDE, ColumnFinding, ask_scale, ask_sign, ask_unit, is_full_circle
 from .log import RawLog, speeds
+from .names import words
 from .quantities import UNITS, LogUnit, candidates, quantities
 from .reading import ask_foreign, frame_stated
 
@@ -57,7 +58,7 @@ FAR = 3.0
 
 NO_NUMBERS = ("no numbers in the column",)
 """Why a column of texts is not used."""
-WORDS_FOR_ANGLES = ("angle", "winkel", "vinkel", "lage", "角", "ángulo", "angulo", "rsa")
+WORDS_FOR_ANGLES = ("angle", " ang ", "winkel", "vinkel", "lage", "角", "ángulo", "angulo", "rsa")
 """Parts of the name of a rudder that is an angle."""
 
 
@@ -258,7 +259,8 @@ def _possible(log: RawLog, found: ColumnFinding) -> tuple[LogUnit | None, str]:
         sure = size > LARGEST_RAD[str(found.quantity)] * 1.01 and not minutes
         return (UNITS["deg"], f"{told} degrees") if sure else (None, "")
     if quantity in ("rudder", "rudder_command"):
-        angle = any(word in found.column.name.lower() for word in WORDS_FOR_ANGLES)
+        said = f"{found.column.name.lower()} {' '.join(words(found.column.name))} "
+        angle = any(word in said for word in WORDS_FOR_ANGLES)
         return (UNITS["deg"], f"{told} degrees") if angle and 1.65 < size <= LARGEST_RUDDER_DEG else (None, "")
     if quantity == "roll" and is_full_circle(found):
         radians = np.nanmax(found.column.numbers) < 7.0

@@ -198,3 +198,68 @@ def test_the_other_one_of_two_rudders_is_chosen_in_the_map(run, tmp_path):
     fixed_one = {"rudder port [deg]": fixed(8.0 * np.sin(run.t), 2), "rudder stbd [deg]": fixed(run.delta * D, 2)}
     record = answered_in_its_map(written(run, tmp_path, **fixed_one), tmp_path / "map.yaml", 1)
     np.testing.assert_allclose(record.column("rudder_rad"), run.delta, atol=1e-3)
+
+
+@pytest.mark.parametrize(("line", "revolutions"), [("RPM stbd, to: propeller, unit: rpm", 2.5),
+                                                   ("RPM stbd, to: not used", 2.0),
+                                                   ("RPM port, to: propeller, unit: rpm", 2.0)])  # fmt: skip
+def test_one_line_of_the_map_says_which_of_two_columns_is_used(line, revolutions, run, tmp_path):
+    s, slow = series(run), 120.0 + np.sin(run.t)
+    columns = {"rudder [deg]": s["rudder"], "RPM port": fixed(slow), "RPM stbd": fixed(slow + 30.0)}
+    files = written(run, tmp_path, **columns)
+    draft = helmbench.draft_import(files)
+    assert len(draft.questions) == 1 and "which one is used" in draft.questions[0].text
+    draft.write_mapping(tmp_path / "map.yaml")
+    open_line = f'- {{column: {line.partition(",")[0]}, to: "?"}}'
+    text = (tmp_path / "map.yaml").read_text("utf-8")
+    assert text.count(open_line) == 1
+    (tmp_path / "map.yaml").write_text(text.replace(open_line, f"- {{column: {line}}}"), "utf-8")
+    record = helmbench.import_log(files, mapping=tmp_path / "map.yaml").record
+    np.testing.assert_allclose(np.median(record.column("propeller_rps")), revolutions, rtol=0.01)
+
+
+def test_speeds_of_bow_and_stern_are_no_sway(run, tmp_path, rng):
+    sway = np.convolve(-12.0 * run.r, np.ones(24) / 24.0)[: run.t.size]  # later than the yaw rate
+
+    def shown(ahead):
+        return fixed((sway + ahead * run.r + 0.02 * rng.standard_normal(run.t.size)) / (1852.0 / 3600.0))
+
+    speeds = {"Bow transverse speed [kn]": shown(60.0), "Stern transverse speed [kn]": shown(-50.0)}
+    s = series(run)
+    columns = {"rudder [deg]": s["rudder"], "ROT [deg/min]": s["rot_min"], **speeds}
+    found = helmbench.import_log(written(run, tmp_path, **columns))
+    assert not found.record.has("sway_m_s")
+    assert "110 m times the yaw rate" in next(c.why for c in found.report.columns if c.column.startswith("Bow"))
+    twins = {"Sway speed [m/s]": fixed(sway), "Transverse speed [kn]": fixed(sway)}  # one with a wrong unit
+    assert helmbench.draft_import(written(run, tmp_path, **columns | dict.fromkeys(speeds, s["t"]) | twins)).questions
+
+
+def test_the_track_tells_which_of_two_headings_is_that_of_the_ship(run, tmp_path):
+    s = series(run)
+    athwart = {"GPS heading [deg]": fixed((run.psi * D + 90.0) % 360.0, 2)}
+    columns = athwart | {"rudder [deg]": s["rudder"], "lat [deg]": s["lat"], "lon [deg]": s["lon"]}
+    record = helmbench.import_log(written(run, tmp_path, **columns)).record
+    np.testing.assert_allclose(np.sin(record.column("heading_rad")), np.sin(run.psi), atol=1e-3)
+
+
+@pytest.mark.parametrize(("every", "status"), [(15, "left out"), (5, "mend or remove them")])
+def test_rows_that_end_early_are_left_out_where_they_are_few(every, status, run, tmp_path):
+    s = series(run)
+    (path,) = written(run, tmp_path, **{"rudder [deg]": s["rudder"], "ROT [deg/min]": s["rot_min"]})
+    header, *rows = path.read_text("utf-8").splitlines()
+    rows = [row.rpartition(",")[0] if 0 < k < len(rows) - 1 and k % every == 0 else row for k, row in enumerate(rows)]
+    path.write_text("\n".join([header, *rows]), "utf-8")
+    if status != "left out":
+        with pytest.raises(helmbench.BadInput, match=status):
+            helmbench.import_log(path)
+        return
+    found = helmbench.import_log(path)
+    assert status in " ".join(fault.hint for fault in found.report.faults)
+    rows = np.round(found.record.time_s / 0.5).astype(int)
+    np.testing.assert_allclose(found.record.column("yaw_rate_rad_s"), run.r[rows], atol=1e-4)
+
+
+def test_a_rudder_that_is_called_an_angle_is_in_degrees(run, tmp_path):
+    s = series(run)
+    found = helmbench.draft_import(written(run, tmp_path, **{"rudder_ang": s["rudder"], "ROT [deg/min]": s["rot_min"]}))
+    assert not found.questions and next(c.unit for c in found.columns if c.column == "rudder_ang") == "deg"
