@@ -149,23 +149,25 @@ LAGS = (0.5, 2.0)
 DEVIATION, STREAM = [0, 1], [2, 3]
 
 
-def deviation_finding(records: Sequence[Record]) -> CheckFinding | None:
+def deviation_finding(records: Sequence[Record], askew: bool) -> CheckFinding | None:
     """The compass deviation that the drift angles of all records show together; None where there is none.
+
+    askew : whether the log may stand askew, and show one drift angle on every heading.
 
     It must be there whether the sway follows the yaw rate at once or with lags: a ship in its first turn, which sways
     late, shows a pattern of the heading else.
     """
     usable = [r for r in records if r.has(*NEEDED) and np.isfinite(r.column("sway_m_s")).sum() > MEANS]
-    if not usable or _pattern(usable, LAGS) is None:
+    if not usable or _pattern(usable, LAGS, askew) is None:
         return None
-    return _pattern(usable, ())
+    return _pattern(usable, (), askew)
 
 
-def _pattern(records: Sequence[Record], lags: Sequence[float]) -> CheckFinding | None:
+def _pattern(records: Sequence[Record], lags: Sequence[float], askew: bool) -> CheckFinding | None:
     """The pattern that records show beside a sway that follows the yaw rate at once and with lags."""
     parts, headings, names = [], [], []
     for record in records:
-        rows, place, heading = _rows(record, lags)
+        rows, place, heading = _rows(record, lags, askew)
         if place.size >= FEWEST:
             parts.append(sums_of(rows, place, len(rows) - 5))
             headings.append(heading)
@@ -216,7 +218,7 @@ def _worse_than(parts: Sequence[Sums], columns: list[int], others: list[int]) ->
     return rows / inflation * float(np.log(left / least))
 
 
-def _rows(record: Record, lags: Sequence[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _rows(record: Record, lags: Sequence[float], askew: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows of a record's means where it makes way (sway, four patterns of the heading, sway of turning), where they
     stand, and the headings there."""
     time = record.time_s - record.time_s[0]
@@ -228,7 +230,7 @@ def _rows(record: Record, lags: Sequence[float]) -> tuple[np.ndarray, np.ndarray
     rate = np.gradient(heading, time)
     fast = u > SLOW * float(np.max(u))
     pattern = [u * np.cos(heading), u * np.sin(heading), -np.sin(heading), np.cos(heading)]
-    turning = [u, *_of_turning(time, rate, lags)]  # a log that stands askew shows one drift angle on every heading
+    turning = [*([u] if askew else []), *_of_turning(time, rate, lags)]
     rows = np.stack([v, *pattern, *turning])[:, fast]
     return rows, (time / max(time[-1], 1e-12))[fast], heading[fast]
 

@@ -121,11 +121,11 @@ class WrongUnit(FileCheck):
         if ratio is None:
             return None
         names, units, unit = VELOCITIES, SPEEDS, unit_of(ratio, SPEEDS)
-        in_current = speed_ratio_in_current(record) if unit is None else None
-        if in_current is not None and 1.0 / ALIKE < ratio / in_current < ALIKE:
-            unit = unit_of(in_current, SPEEDS, NEAR_IN_CURRENT)
         if unit is None:
             names, units, unit = POSITIONS, PLACES, unit_of(1.0 / ratio, PLACES)
+        in_current = speed_ratio_in_current(record) if unit is None else None
+        if in_current is not None and 1.0 / ALIKE < ratio / in_current < ALIKE:
+            names, units, unit = VELOCITIES, SPEEDS, unit_of(in_current, SPEEDS, NEAR_IN_CURRENT)
         if unit is None:
             said = f"the way of the velocities is {ratio:.4g} times that of the positions"
             return _odd(said, ratio, ODD_WAY, (*VELOCITIES[:1], *POSITIONS))

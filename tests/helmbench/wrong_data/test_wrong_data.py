@@ -14,7 +14,7 @@ from .fleet import CRAFT, SETS, SHIPS, at_hand, records_of
 
 STANDING = (
     *("radians in the rudder's degrees", "radians in all degrees", "rudder late", "rudder early", "rudder shuffled"),
-    *("rudder amidships", "rows lost", "gap", "time reversed", "time doubled"),
+    *("rudder amidships", "gap", "time reversed", "time doubled"),
 )
 """Changes that nothing can correct."""
 OF_TRACK = (
