@@ -25,7 +25,6 @@ from .files.units import WrongUnit, revolutions_units
 from .integrity.averages import averages_of
 from .registry import check_of, file_checks
 from .result import Check, CheckFinding, merged
-from .sensors import HeadingOffsetError
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -176,10 +175,7 @@ def check_sensors(
         findings += [] if drift is None else [drift]
     if not any(f.cause == "compass_deviation" and f.material for f in findings):
         try:
-            askew = any(
-                f.material and f.cause in (HeadingOffsetError.id, *HeadingOffsetError.track_rivals) for f in findings
-            )
-            pattern = deviation_finding(current, askew)
+            pattern = deviation_finding(current, {f.cause for f in findings if f.material})
             findings += [] if pattern is None else [pattern]
         except UNUSABLE as error:
             reasons.append(f"the drift angle against the heading cannot be judged: {error}")

@@ -8,7 +8,7 @@ one that is alike on both sides: sway from the yaw rate is estimated along, for 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from ...datasets.signals import bridged
 from ...models.errors import CannotFit
 from ..registry import sensor_errors
 from ..result import CheckFinding, Size
-from ..sensors import CompassDeviation, CurrentDrift
+from ..sensors import CompassDeviation, CurrentDrift, HeadingOffsetError
 from ..tails import student_quantile
 from .blocks import BLOCKS, Sums, explained, fit, p_value, sums_of
 from .chains import Chain, Option, rows_of
@@ -149,14 +149,16 @@ LAGS = (0.5, 2.0)
 DEVIATION, STREAM = [0, 1], [2, 3]
 
 
-def deviation_finding(records: Sequence[Record], askew: bool) -> CheckFinding | None:
+def deviation_finding(records: Sequence[Record], named: Collection[str]) -> CheckFinding | None:
     """The compass deviation that the drift angles of all records show together; None where there is none.
 
-    askew : whether the log may stand askew, and show one drift angle on every heading.
+    named : causes that are told of the records; where a heading is off, the log may stand askew instead, and show one
+    drift angle on every heading.
 
     It must be there whether the sway follows the yaw rate at once or with lags: a ship in its first turn, which sways
     late, shows a pattern of the heading else.
     """
+    askew = bool({HeadingOffsetError.id, *HeadingOffsetError.track_rivals} & {*named})
     usable = [r for r in records if r.has(*NEEDED) and np.isfinite(r.column("sway_m_s")).sum() > MEANS]
     if not usable or _pattern(usable, LAGS, askew) is None:
         return None

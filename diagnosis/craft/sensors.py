@@ -75,7 +75,7 @@ def behind_sensors(train: Sequence[Record], held_out: Sequence[Record]) -> Senso
     findings = seen.findings
     if CompassDeviation.id not in {f.cause for f in findings}:
         with suppress(*UNUSABLE):
-            pattern = deviation_finding([*seen.train, *seen.held_out])
+            pattern = deviation_finding([*seen.train, *seen.held_out], {f.cause for f in findings})
             findings += () if pattern is None else (of_sensor(pattern, causes()),)
     wrong = {f.cause for f in findings} & {*GYRO}
     done = bare.compared([causes()[name] for name in wrong]) if wrong else bare

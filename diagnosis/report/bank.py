@@ -74,7 +74,7 @@ def of_columns(name: str, checks: Sequence[CheckFinding], records: Sequence[Reco
     columns = list(dict.fromkeys(channel for f in own for channel in f.channels))
     names, said = list(dict.fromkeys(r for f in own for r in f.records)), "; ".join(f.evidence for f in own)
     details = {"columns": columns} | ({"records": names} if len(names) < len(records) else {})
-    sizes = tuple(size for f in own for size in f.sizes) if check_of(name).unit else ()
+    sizes = tuple(size for f in own for size in f.sizes) if check_of(name).unit == "s" else ()
     return Finding(name, (), BY_CHANNELS, None, None, sizes, details=details, evidence=said)
 
 
