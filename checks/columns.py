@@ -21,9 +21,9 @@ from .integrity.readings import (
     course_ratio,
     early_heading,
     exchanged,
+    has_lag,
     heading_lag,
     heading_ratio,
-    is_smoothed,
     rate_error,
     reread,
     swap_of,
@@ -194,7 +194,7 @@ class HeadingLag(ColumnCheck):
         if not record.has(*TURN):
             return []
         lag_s = heading_lag(record)
-        if not is_smoothed(record, lag_s):
+        if not has_lag(record, lag_s):
             return []
         early = early_heading(record, lag_s)
         before, after = (100.0 * rate_error(one, TURN[1]) for one in (record, record.with_channels(heading_rad=early)))

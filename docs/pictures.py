@@ -20,6 +20,7 @@ from helmbench.bench.faults.ships import ship
 from helmbench.datasets.display import shown_name, shown_unit
 from helmbench.datasets.grammar import DEGREE
 from helmbench.datasets.instruments import behind_play
+from helmbench.datasets.signals import lagged
 from helmbench.diagnosis.causes.registry import all_causes
 from helmbench.estimation.information.bounds import cramer_rao
 from helmbench.methods.registry import methods
@@ -224,10 +225,8 @@ def _sensor_play(c: Columns, t: np.ndarray) -> None:
     c["rudder_rad"] = behind_play(c["rudder_rad"], 4.0 * DEGREE)
 
 
-def _smoothed(c: Columns, t: np.ndarray) -> None:
-    for k in range(1, t.size):
-        kept = np.exp((t[k - 1] - t[k]) / 8.0)
-        c["heading_rad"][k] = kept * c["heading_rad"][k - 1] + (1.0 - kept) * c["heading_rad"][k]
+def _behind_lag(c: Columns, t: np.ndarray) -> None:
+    c["heading_rad"] = lagged(c["heading_rad"], 8.0, float(np.median(np.diff(t))))
 
 
 def _other_unit(c: Columns, t: np.ndarray) -> None:
@@ -242,7 +241,7 @@ CHANGES: Mapping[str, tuple[str, Callable[[Columns, np.ndarray], None]]] = {
     "derived_channel": ("yaw_rate_rad_s", _derived),
     "frozen_samples": ("heading_rad", _frozen),
     "heading_drift": ("heading_rad", _drifting),
-    "heading_lag": ("heading_rad", _smoothed),
+    "heading_lag": ("heading_rad", _behind_lag),
     "heading_zero": ("heading_rad", _from_zero),
     "impossible_samples": ("yaw_rate_rad_s", _impossible),
     "logger_clock": ("heading_rad", _fast_clock),

@@ -149,16 +149,16 @@ LAGS = (0.5, 2.0)
 DEVIATION, STREAM = [0, 1], [2, 3]
 
 
-def deviation_finding(records: Sequence[Record], named: Collection[str]) -> CheckFinding | None:
+def deviation_finding(records: Sequence[Record], causes: Collection[str]) -> CheckFinding | None:
     """The compass deviation that the drift angles of all records show together; None where there is none.
 
-    named : causes that are told of the records; where a heading is off, the log may stand askew instead, and show one
+    causes : that are told of the records; where a heading is off, the log may stand askew instead, and show one
     drift angle on every heading.
 
     It must be there whether the sway follows the yaw rate at once or with lags: a ship in its first turn, which sways
     late, shows a pattern of the heading else.
     """
-    askew = bool({HeadingOffsetError.id, *HeadingOffsetError.track_rivals} & {*named})
+    askew = bool({HeadingOffsetError.id, *HeadingOffsetError.track_rivals} & {*causes})
     usable = [r for r in records if r.has(*NEEDED) and np.isfinite(r.column("sway_m_s")).sum() > MEANS]
     if not usable or _pattern(usable, LAGS, askew) is None:
         return None

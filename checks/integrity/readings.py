@@ -11,13 +11,11 @@ from typing import TYPE_CHECKING, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from scipy.optimize import minimize_scalar
-from scipy.signal import lfilter
 
 from ...datasets.axes import Track, goes_astern, track_of
 from ...datasets.columns import HEADING, POSITIONS, TRACK, TURN, VELOCITIES
 from ...datasets.geometry import body_velocities, over_ground, position_over_ground, velocity_over_ground
-from ...datasets.signals import bridged, integral
+from ...datasets.signals import bridged, integral, lagged
 from ...models.instruments import SWAPS
 from ...models.linear_algebra import lstsq
 from ..base import Fault
@@ -53,7 +51,7 @@ BETTER = 0.5
 """Share of the present disagreement below which another reading of the columns is believed."""
 FEWEST = 20
 """Samples with all channels below which nothing is compared."""
-LARGEST_LAG_S, LATE = 15.0, (0.5, 0.7, 0.85, 1.0, 1.2, 1.5)
+LARGEST_LAG_S, DELAYS = 15.0, (0.5, 0.7, 0.85, 1.0, 1.2, 1.5)
 """Largest lag of a heading's instrument, and times by which the heading may be late instead, as shares of the lag."""
 LEAST = 0.02
 """Disagreement, as a share of the way made, from which another reading is looked for."""
@@ -116,16 +114,19 @@ def less_drift(record: Record) -> Record:
         return record
     heading = record.heading_unwrapped()
     read = record.with_channels(heading_rad=heading - np.arctan2(record.column("sway_m_s"), record.column("surge_m_s")))
-    lag = heading_lag(record)
-    least = min(BETTER * rate_error(record, TURN[1]), rate_error(_smoothed(record, lag), TURN[1]))
-    return read if rate_error(read, TURN[1]) < least else record
+    error = rate_error(read, TURN[1])
+    if not error < BETTER * rate_error(record, TURN[1]):
+        return record
+    return read if error < rate_error(_with_lag(record, heading_lag(record)), TURN[1]) else record
 
 
 def heading_lag(record: Record) -> float:
     """Lag, s, behind which the yaw rate goes best with the heading."""
+    from scipy.optimize import minimize_scalar
+
     least, most = (float(np.log(x)) for x in (record.dt, max(LARGEST_LAG_S, 2.0 * record.dt)))
     best = minimize_scalar(
-        lambda x: rate_error(_smoothed(record, float(np.exp(x))), TURN[1]),
+        lambda x: rate_error(_with_lag(record, float(np.exp(x))), TURN[1]),
         bounds=(least, most),
         method="bounded",
         options={"xatol": 0.02},
@@ -135,28 +136,26 @@ def heading_lag(record: Record) -> float:
 
 def early_heading(record: Record, lag_s: float) -> np.ndarray:
     """The heading (N,), rad, of an instrument without its lag."""
-    return record.heading_unwrapped() + lag_s * _smoothed(record, lag_s).column(TURN[1])
+    return record.heading_unwrapped() + lag_s * _with_lag(record, lag_s).column(TURN[1])
 
 
-def is_smoothed(record: Record, lag_s: float) -> bool:
+def has_lag(record: Record, lag_s: float) -> bool:
     """Whether the heading goes far better with a yaw rate behind a lag than with the yaw rate, and better than with one
     that is late by a time."""
-    now, smoothed = (rate_error(one, TURN[1]) for one in (record, _smoothed(record, lag_s)))
-    late = min(rate_error(_late(record, share * lag_s), TURN[1]) for share in LATE)
-    return lag_s < 0.9 * LARGEST_LAG_S and now > 2.0 * LEAST and smoothed < min(BETTER * now, late)
+    now, with_lag = (rate_error(one, TURN[1]) for one in (record, _with_lag(record, lag_s)))
+    with_delay = min(rate_error(_with_delay(record, share * lag_s), TURN[1]) for share in DELAYS)
+    return lag_s < 0.9 * LARGEST_LAG_S and now > 2.0 * LEAST and with_lag < min(BETTER * now, with_delay)
 
 
-def _smoothed(record: Record, lag_s: float) -> Record:
+def _with_lag(record: Record, lag_s: float) -> Record:
     """The record with a yaw rate behind a lag."""
     time = record.time_s
     even = np.arange(time[0], time[-1] + 0.5 * record.dt, record.dt)
     rate = np.interp(even, time, bridged(record.column(TURN[1]), time))
-    kept = float(np.exp(-record.dt / lag_s))
-    smooth = lfilter([1.0 - kept], [1.0, -kept], rate, zi=[kept * rate[0]])[0]
-    return record.with_channels(yaw_rate_rad_s=np.interp(time, even, smooth))
+    return record.with_channels(yaw_rate_rad_s=np.interp(time, even, lagged(rate, lag_s, record.dt)))
 
 
-def _late(record: Record, late_s: float) -> Record:
+def _with_delay(record: Record, late_s: float) -> Record:
     """The record with a yaw rate that is late by a time."""
     time = record.time_s
     rate = np.interp(time - late_s, time, bridged(record.column(TURN[1]), time))

@@ -354,8 +354,12 @@ def half_intervals(runs: FreeRuns, fitted: Fitted, beside: bool = False) -> dict
     those of faults that are alike to both sides, as they are themselves."""
     factor, pairs = interval_factor(runs), zip(fitted.numbers, fitted.sd.tolist(), strict=True)
     own = {n.name for n in runs.bank.own}
-    wide = [n for n, p in runs.places.items() if n in own or not (p.kind == "model" or _has_side(p))] if beside else ()
-    return {n.name: (WIDER if n.name in wide else 1.0) * factor * x for n, x in pairs}
+
+    def widening(name: str) -> float:
+        place = runs.places[name]
+        return WIDER if name in own or not (place.kind == "model" or _has_side(place)) else 1.0
+
+    return {n.name: (widening(n.name) if beside else 1.0) * factor * x for n, x in pairs}
 
 
 def _has_side(place: Place) -> bool:

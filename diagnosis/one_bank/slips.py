@@ -1,8 +1,7 @@
 """Numbers of a base model that hardly any ship has: a unit or a decimal that was mistaken.
 
 Free runs of such a model are so wrong that no linearisation about it leads back, and the sway that its pieces start
-with is wrong, too.  What is usual is put in its place where free runs err by far less so, before all else; the fit
-moves the number on from there.
+with is wrong, too.  The number is fitted about what is usual, before all else, where free runs err by far less so.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ SLIP = 0.5
 
 
 class Slip(NamedTuple):
-    """A number that hardly any ship has, and what is usual.
+    """A number that hardly any ship has, and the one that fits.
 
     title : of its group.  before, value : as the model states it, and fitted about what is usual.  half : of the 90 %
     interval.  error_before, error_after : of free runs, as shares of the motion.
